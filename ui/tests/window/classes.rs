@@ -61,19 +61,18 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
         let points = vec![[x, 8]];
         window.act(Command::Draw(DrawnLine { tool, points }));
     };
-    let says = |window: &Window, words: &str| window.messages().contains(words);
     point(&mut window, Tool::Brush, 8);
     window.act(Command::SetClassLocked(2, true));
     point(&mut window, Tool::Brush, 20);
-    assert!(says(&window, "unlock it in the class list to label with it"));
+    window.says("unlock it in the class list to label with it");
     window.act(Command::ChooseSlot(1));
     point(&mut window, Tool::Brush, 8);
-    assert!(says(&window, "would cover what is labelled \"floor\""));
+    window.says("would cover what is labelled \"floor\"");
     assert_eq!(window.strokes(), 1);
     point(&mut window, Tool::Brush, 20);
     assert_eq!(window.strokes(), 2, "beside it one may draw");
     point(&mut window, Tool::Erase, 8);
-    assert!(says(&window, "so its strokes stay"));
+    window.says("so its strokes stay");
     for change in [
         Command::RenameClass(2, "roof".to_owned()),
         Command::DeleteClass(2),
@@ -82,7 +81,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     ] {
         window.act(change);
     }
-    assert!(says(&window, "to rename, merge or delete it"));
+    window.says("to rename, merge or delete it");
     assert_eq!(names(&window), ["wall", "floor"]);
     assert_eq!(window.strokes(), 2);
     window.act(Command::UnlockClasses);
@@ -95,11 +94,8 @@ fn an_empty_list_offers_the_classes_of_data_sets_and_the_finder_chooses_and_make
     let mut window = Window::demo();
     window.click_through(&["NYU-13", "Add 13 classes"]);
     assert_eq!(window.workspace().document.classes(), PALETTES[0].classes());
-    assert!(window.messages().contains("Added 13 classes."));
-    assert!(
-        window.workspace().class.is_some(),
-        "no class is ready to label with"
-    );
+    window.says("Added 13 classes.");
+    assert!(window.workspace().class.is_some(), "none is ready to label with");
     window.press(Modifiers::COMMAND, Key::Z);
     assert!(names(&window).is_empty());
     window.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
@@ -149,12 +145,9 @@ fn a_long_list_is_searched_and_ticked_and_taken_numbers_are_said() {
     window.type_into("Search in the list", "person");
     window.click_through(&["person", "Add 1 class"]);
     // The chair has number 1, which is that of persons in COCO.
-    assert_eq!(
-        (names(&window), ids(&window)),
-        (vec!["Chair".into(), "person".into()], vec![1, 2])
-    );
-    let said = window.messages();
-    assert!(said.contains("person (1 is now 2)"), "{said}");
+    assert_eq!(names(&window), ["Chair", "person"]);
+    assert_eq!(ids(&window), [1, 2]);
+    window.says("person (1 is now 2)");
 
     window.click_through(&["Class list", "Add classes...", "COCO-Stuff"]);
     window.type_into("Search in the list", "chair");
@@ -175,8 +168,7 @@ fn a_list_of_ones_own_is_written_and_read_and_a_bad_one_is_refused_by_name() {
         window.click_through(&["Class list", "Save classes as a file..."]);
         window.replace_text("Class list file", file.to_str().unwrap());
         window.until_told();
-        let said = window.messages();
-        assert!(said.contains("mine.json"), "{said}");
+        window.says("mine.json");
         let written = read_class_list(&file).unwrap();
         assert_eq!(written, [Class::new(1, "wall"), Class::new(2, "mug")]);
     }
@@ -239,17 +231,18 @@ fn the_order_decides_which_digit_chooses_a_class() {
     let from = window.rect("door, 0 strokes").center();
     let to = window.rect("wall, 0 strokes");
     let to = to.center_top() + egui::vec2(0.0, 3.0);
-    window.harness.event(egui::Event::PointerMoved(from));
-    window.harness.event(button(from, true));
-    window.harness.run_steps(1);
-    for step in [0.3, 0.7, 1.0] {
-        window
-            .harness
-            .event(egui::Event::PointerMoved(from.lerp(to, step)));
-        window.harness.run_steps(1);
+    let moved = |share| vec![egui::Event::PointerMoved(from.lerp(to, share))];
+    let pressed = [moved(0.0), vec![button(from, true)]].concat();
+    for events in [
+        pressed,
+        moved(0.3),
+        moved(0.7),
+        moved(1.0),
+        vec![button(to, false)],
+    ] {
+        window.harness.input_mut().events.extend(events);
+        window.harness.run_steps(2);
     }
-    window.harness.event(button(to, false));
-    window.harness.run_steps(3);
     assert_eq!(ids(&window), [3, 1, 2]);
 
     // And by the keyboard.

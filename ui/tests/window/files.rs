@@ -3,7 +3,6 @@
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
-use inplace_core::session;
 use inplace_model::dialogs::Dialog;
 use inplace_ui::Target;
 use std::path::Path;
@@ -43,15 +42,16 @@ fn an_export_says_where_its_files_are_and_what_was_chosen_is_kept_for_the_next_t
     assert!(field.is_focused(), "it can be typed into at once");
     window.pick("Class numbers", "NYU-40");
     window.replace_text("Export folder", out.to_str().unwrap());
-    window.until_window("the export has ended", |window| !is_exporting(window));
+    window.until_exported();
     window.sees(&format!("Exported {FRAMES} frames"));
     window.sees(out.to_str().unwrap());
-    for file in [
+    let files = [
         "labels/rgb_0.png",
         "entropy/rgb_4.png",
         "classes.json",
         "strokes.json",
-    ] {
+    ];
+    for file in files {
         assert!(out.join(file).is_file(), "{file} is missing");
     }
     let classes = std::fs::read_to_string(out.join("classes.json")).unwrap();
@@ -63,19 +63,6 @@ fn an_export_says_where_its_files_are_and_what_was_chosen_is_kept_for_the_next_t
     };
     assert_eq!(choice.ids.map(|palette| palette.name), Some("NYU-40"));
     assert_eq!(choice.folder(), out);
-}
-
-fn export(window: &mut Window, folder: &Path) {
-    window.press(Modifiers::COMMAND, Key::E);
-    window.replace_text("Export folder", folder.to_str().unwrap());
-}
-
-fn is_exporting(window: &Window) -> bool {
-    let export = &window.model().export;
-    matches!(
-        export,
-        Some(inplace_model::exporting::ExportProgress::Writing(..))
-    )
 }
 
 /// What the window was told in the last frame.
@@ -93,26 +80,24 @@ fn an_export_is_started_once_and_can_be_cancelled_and_a_window_that_is_closed_me
     let mut window = Window::with_demo(folder.path());
     window.add_class("wall");
     // It waits for maps that never come.
-    export(&mut window, &out);
-    assert!(is_exporting(&window));
+    window.export(&out);
+    assert!(window.is_exporting());
     window.sees("Getting the newest maps");
-    export(&mut window, &other);
+    window.export(&other);
     window.sees("An export is under way: wait for its end, or cancel it.");
     window.click("Cancel export");
     window.until("the export has ended", |app| app.model().export.is_none());
-    window.sees(&format!(
-        "The export was cancelled; nothing was written to {}.",
-        out.display()
-    ));
+    let nothing = "The export was cancelled; nothing was written to";
+    window.sees(&format!("{nothing} {}.", out.display()));
     assert!(!out.exists() && !other.exists());
     // The next one is not cancelled.
     window.worker().publish_all(1, 1);
-    export(&mut window, &other);
-    window.until_window("the export has ended", |window| !is_exporting(window));
+    window.export(&other);
+    window.until_exported();
     assert!(other.join("classes.json").is_file());
     // The maps do not follow this.
     window.add_class("floor");
-    export(&mut window, &out);
+    window.export(&out);
     let close = |window: &mut Window| {
         let root = egui::ViewportId::ROOT;
         let viewport = window.harness.input_mut().viewports.entry(root);
@@ -124,13 +109,13 @@ fn an_export_is_started_once_and_can_be_cancelled_and_a_window_that_is_closed_me
         window.harness.run_steps(2);
         held
     };
-    assert!(close(&mut window) && is_exporting(&window));
+    assert!(close(&mut window) && window.is_exporting());
     window.sees("The window closes when the export has ended; close it again to cancel the export.");
     assert!(close(&mut window));
     window.until_window("the window closes", |window| {
         told(window, &egui::ViewportCommand::Close)
     });
-    assert!(!is_exporting(&window));
+    assert!(!window.is_exporting());
     assert!(!close(&mut window));
 }
 
@@ -159,15 +144,9 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         (0..10).for_each(|_| window.key(Key::ArrowRight));
         window.sees("Every labelled pixel is right, as your strokes are.");
         window.type_into("Folder of label images", images.to_str().unwrap());
-        window.until("the images are imported", |app| {
-            let workspace = app.model().workspace().unwrap();
-            workspace.document.labels().imported.is_some()
-        });
+        window.until_window("the images are imported", |window| imported(window).is_some());
         window.sees("class 7, 0 strokes");
-        assert!(window.worker().received().iter().any(|command| matches!(
-            command,
-            session::Command::Labels { labels, .. } if labels.imported.is_some()
-        )));
+        assert!(window.worker().told_labels().unwrap().0.imported.is_some());
         window.press(Modifiers::COMMAND, Key::Z);
         assert!(imported(&window).is_none());
         assert!(window.workspace().document.classes().is_empty());

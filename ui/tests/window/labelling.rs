@@ -1,7 +1,6 @@
 //! Drawing on frames and what the worker answers.
 
 use egui::{Key, PointerButton};
-use inplace_core::session;
 use inplace_core::session::{Event, Phase, Status};
 
 use crate::stand::*;
@@ -24,11 +23,8 @@ fn what_is_typed_is_a_class_and_a_scribble_a_stroke_for_the_worker_until_the_rig
     window.sees("desk pane, 1 stroke");
     let (_, stroke) = window.labels().strokes_of(0).next().unwrap();
     assert_eq!(stroke.lines[0].len(), 3, "every position is kept");
-    let generation = window.generation();
-    assert!(window.worker().received().iter().any(|command| matches!(
-        command,
-        session::Command::Labels { generation: sent, labels } if *sent == generation && labels.strokes.len() == 1
-    )));
+    let (labels, generation) = window.worker().told_labels().unwrap();
+    assert_eq!((labels.strokes.len(), generation), (1, window.generation()));
     window.drag(PointerButton::Secondary, &path);
     assert_eq!(window.strokes(), 0);
 }
@@ -49,8 +45,7 @@ fn what_the_worker_reports_is_said() {
     window.tell(Event::Status(status));
     window.sees("Spreading them over the scene");
     window.key(Key::N);
-    let said = window.messages();
-    assert!(said.contains("as soon as the surface"), "{said}");
+    window.says("as soon as the surface");
     window.tell(Event::Status(Status::default()));
     window.misses("Importing labels");
 }

@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use inplace_core::labels::Stroke;
 use inplace_core::project::Contents;
 use inplace_core::scene::{Scene, SceneSource};
-use inplace_core::session::{Command, Event};
-use inplace_model::project_session::SavedState;
+use inplace_core::session::Event;
+use inplace_model::Command;
 use inplace_ui::Target;
-use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
 
@@ -29,13 +29,6 @@ fn read(window: &mut Window, lost: &[usize]) {
     window.tell(Event::Opened(Arc::new(scene)));
 }
 
-fn until_saved(window: &mut Window) {
-    window.until("all of it is written", |app| {
-        let project = app.model().project.as_ref();
-        project.is_some_and(|project| project.saved_state() == SavedState::Saved)
-    });
-}
-
 /// The class that the map in view shows in its first pixel, once there is one.
 fn shown(window: &Window) -> Option<u16> {
     window.frame().map().map(|shown| shown.map.labels()[0])
@@ -50,25 +43,14 @@ fn a_stroke_set_while_frames_are_read_is_kept_at_once_and_told_to_the_worker_whe
     window.sees("Reading: 3 of 5 frames");
     window.label("wall");
     window.sees_part("your labels spread as soon as all of them are there");
-    until_saved(&mut window);
+    window.until_saved();
     assert!(window.worker().received().is_empty());
     read(&mut window, &[]);
     window.misses("Reading: 3 of 5 frames");
-    let labels = window
-        .worker()
-        .received()
-        .into_iter()
-        .rev()
-        .find_map(|command| match command {
-            Command::Labels { labels, generation } => Some((labels, generation)),
-            _ => None,
-        });
-    let (labels, generation) = labels.unwrap();
+    let (labels, generation) = window.worker().told_labels().unwrap();
     assert_eq!((labels.strokes.len(), generation), (1, window.generation()));
     window.publish(0, 1);
-    window.until("the map is shown", |app| {
-        app.canvas().frame().and_then(FrameView::map).is_some()
-    });
+    window.until_window("the map is shown", |window| shown(window).is_some());
     window.close();
     let file = folder.path().join("autosave.inplace");
     assert_eq!(Contents::read(&file).unwrap().history.labels().strokes.len(), 1);
@@ -84,19 +66,16 @@ fn strokes_stay_on_their_images_where_others_that_were_listed_cannot_be_used() {
         }
         let mut window = listed(folder.path());
         window.label("wall");
-        window.act(inplace_model::Command::GoToFrame(3));
+        window.act(Command::GoToFrame(3));
         window.click_canvas(0.0, 0.0);
         let stems = |window: &Window| -> Vec<String> {
             let scene = &window.workspace().scene;
-            let strokes = window.labels().strokes.values();
-            strokes
-                .map(|stroke| scene.frames[stroke.frame].stem.clone())
-                .collect()
+            let stem = |stroke: &Arc<Stroke>| scene.frames[stroke.frame].stem.clone();
+            window.labels().strokes.values().map(stem).collect()
         };
         let before = stems(&window);
         read(&mut window, &[1, 2]);
         // It is listed again, and this time not shown before it is read.
-        window.until("it is read again", |app| app.model().workspace().is_none());
         let started = |window: &Window| window.workers.lock().unwrap().len();
         window.until_window("another session has started", |window| started(window) == 2);
         assert!(window.model().workspace().is_none());
@@ -107,18 +86,16 @@ fn strokes_stay_on_their_images_where_others_that_were_listed_cannot_be_used() {
         window.until_open();
         assert_eq!(stems(&window), before);
         assert_eq!(window.labels().strokes.values().last().unwrap().frame, 1);
-        window.act(inplace_model::Command::Undo);
+        window.act(Command::Undo);
         assert_eq!(window.strokes(), 1);
         if writable {
-            window.act(inplace_model::Command::Redo);
-            until_saved(&mut window);
+            window.act(Command::Redo);
+            window.until_saved();
             window.close();
             let kept = Contents::read(&file).unwrap();
             let strokes = kept.history.labels().strokes.values();
-            let stems: Vec<_> = strokes
-                .map(|stroke| &kept.scene.frames[stroke.frame].stem)
-                .collect();
-            assert_eq!(stems, before.iter().collect::<Vec<_>>());
+            let stems = strokes.map(|stroke| &kept.scene.frames[stroke.frame].stem);
+            assert!(stems.eq(&before));
         }
     }
 }
@@ -153,7 +130,7 @@ fn stored_maps_are_shown_before_the_scene_is_read_but_never_those_of_other_label
         window.until_window("the stored map is shown", |window| shown(window) == Some(1));
         assert!(window.workspace().reading.is_some());
         window.click_canvas(0.2, 0.2);
-        until_saved(&mut window);
+        window.until_saved();
         // The program ends without the maps of these labels.
         window.close();
     }

@@ -12,7 +12,6 @@ use egui_kittest::SnapshotOptions;
 use image::RgbaImage;
 use inplace_model::Command;
 use inplace_model::preferences::{PreferenceChange, Theme};
-use inplace_ui::canvas::FrameView;
 
 use crate::stand::*;
 
@@ -85,14 +84,10 @@ fn labelled(folder: &std::path::Path) -> Window {
     for frame in 0..FRAMES {
         window.worker().publish(frame, generation, 1 + (frame % 2) as u16);
     }
-    window.until("the maps are shown", |app| {
-        let workspace = app.model().workspace().unwrap();
-        workspace.map_version(FRAMES - 1) > 0
-            && app
-                .canvas()
-                .frame()
-                .and_then(FrameView::map)
-                .is_some_and(|shown| shown.map.generation == generation)
+    window.until_window("the maps are shown", |window| {
+        let shown = window.frame().map();
+        let is_new = shown.is_some_and(|shown| shown.map.generation == generation);
+        is_new && window.workspace().map_version(FRAMES - 1) > 0
     });
     window
 }

@@ -36,8 +36,7 @@ fn the_scale_has_keys_preferences_survive_a_restart_and_damaged_ones_are_set_asi
     let file = preferences_file(folder.path());
     std::fs::write(&file, "{ damaged").unwrap();
     let window = Window::with_demo(folder.path());
-    let said = window.messages();
-    assert!(said.contains("set aside"), "{said}");
+    window.says("set aside");
     assert_eq!(window.model().preferences.scale, 100);
     assert!(file.with_extension("set-aside.json").exists());
 }

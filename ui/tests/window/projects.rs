@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use egui::{Key, Modifiers};
+use egui::Key;
 use egui_kittest::kittest::Queryable;
 use inplace_core::scene::SceneSource;
 use inplace_model::dialogs::Dialog;
-use inplace_model::project_session::SavedState;
 use inplace_ui::Target;
+use inplace_ui::app::App;
 
 use crate::stand::*;
 
@@ -78,19 +78,13 @@ fn a_saved_project_takes_the_place_of_its_scene_which_is_asked_for_where_it_has_
     }
     std::fs::rename(&old, &new).unwrap();
     {
+        let is_asked = |app: &App| matches!(app.model().dialog, Some(Dialog::Moved(_)));
         let mut window = Window::new(folder.path(), Some(Target::Project(project.clone())));
-        window.until("it is asked", |app| {
-            matches!(app.model().dialog, Some(Dialog::Moved(_)))
-        });
-        let missing = format!(
-            "work.inplace labels a scene that is no longer at {}.",
-            old.display()
-        );
-        window.sees(&missing);
+        window.until("it is asked", is_asked);
+        let missing = "work.inplace labels a scene that is no longer at";
+        window.sees(&format!("{missing} {}.", old.display()));
         window.type_into("Folder of the scene", other.to_str().unwrap());
-        window.until("it is asked again", |app| {
-            matches!(app.model().dialog, Some(Dialog::Moved(_)))
-        });
+        window.until("it is asked again", is_asked);
         let refused =
             "has none of the 5 frames of this project; choose the folder of the scene that was labelled.";
         window.sees(&format!("{}: {refused}", other.display()));
@@ -109,23 +103,18 @@ fn what_is_open_in_one_window_is_refused_in_another() {
     let folder = tempfile::tempdir().unwrap();
     let project = folder.path().join("work.inplace");
     let mut first = Window::with_demo(folder.path());
-    let refusal = |target: Target| {
+    let refused = |target: Target, words: &str| {
         let mut second = Window::new(folder.path(), Some(target));
         second.until_told();
-        assert!(second.harness.state().model().workspace().is_none());
-        let state = second.harness.state().model();
-        state.messages.texts().next().unwrap().to_owned()
+        assert!(second.model().workspace().is_none());
+        second.says(words);
     };
-    let unnamed = refusal(Target::Scene(SceneSource::Demo));
-    assert!(
-        unnamed.starts_with("The demo scene: is open in another window"),
-        "{unnamed}"
-    );
+    let demo = Target::Scene(SceneSource::Demo);
+    refused(demo, "The demo scene: is open in another window");
     label_and_save(&mut first, &project);
-    let named = refusal(Target::Project(project));
-    assert!(
-        named.contains("work.inplace: is open in another window"),
-        "{named}"
+    refused(
+        Target::Project(project),
+        "work.inplace: is open in another window",
     );
     first.close();
 }
@@ -148,10 +137,7 @@ fn work_that_has_no_file_says_so_until_it_is_saved_under_a_name() {
     let mut window = Window::with_demo(folder.path());
     window.sees("not saved");
     label_and_save(&mut window, &folder.path().join("work.inplace"));
-    window.until("all of it is written", |app| {
-        let project = app.model().project.as_ref();
-        project.is_some_and(|project| project.saved_state() == SavedState::Saved)
-    });
+    window.until_saved();
     window.sees("saved");
     window.close();
 }
@@ -214,12 +200,10 @@ fn a_damaged_project_opens_from_its_backup_and_says_so() {
     let damaged = write_damaged_project(folder.path(), &project);
     let window = Window::opened(folder.path(), Target::Project(project.clone()));
     assert_eq!(window.strokes(), 1);
-    let told: Vec<&str> = window.model().messages.texts().collect();
-    let sentence = told.iter().find(|text| text.contains("is damaged")).unwrap();
-    assert!(sentence.contains("its backup of"), "{sentence}");
+    window.says("is damaged");
+    window.says("its backup of");
     let aside = folder.path().join("work-damaged.inplace");
-    let end = format!("the damaged file is now {}.", aside.display());
-    assert!(sentence.ends_with(&end), "{sentence}");
+    window.says(&format!("the damaged file is now {}.", aside.display()));
     let kept = window.model().project.as_ref().unwrap();
     assert_eq!((kept.path.as_path(), kept.named), (project.as_path(), true));
     window.sees("saved");
@@ -239,22 +223,14 @@ fn a_project_that_cannot_be_written_is_labelled_in_memory_and_saved_elsewhere() 
     }
     let mut window = Window::opened(folder.path(), Target::Project(project.clone()));
     window.sees("not saved");
-    let said = window.messages();
-    let told = said
-        .lines()
-        .any(|text| text.ends_with("Until then your work is in memory only."));
-    assert!(told, "{said}");
+    window.says("Until then your work is in memory only.");
     window.click_canvas(0.2, 0.2);
     assert_eq!(window.strokes(), 2);
-    window.press(Modifiers::COMMAND, Key::S);
     let elsewhere = folder.path().join("elsewhere.inplace");
-    window.replace_text("Project file", elsewhere.to_str().unwrap());
-    window.until("the project is saved", |app| {
-        let project = app.model().project.as_ref();
-        project.is_some_and(|project| project.path == elsewhere && project.saved_state() == SavedState::Saved)
-    });
+    window.save_as(&elsewhere);
+    window.until_saved();
     window.close();
-    let reopened = inplace_core::project::Contents::read(&folder.path().join("elsewhere.inplace")).unwrap();
+    let reopened = inplace_core::project::Contents::read(&elsewhere).unwrap();
     assert_eq!(reopened.history.labels().strokes.len(), 2);
 }
 
@@ -267,9 +243,7 @@ fn a_path_that_cannot_be_opened_is_one_sentence_on_the_start_page_until_escape()
     window.until_told();
     window.sees("Open a folder...");
     window.sees("Error");
-    let state = window.model();
-    let text = state.messages.texts().next().unwrap();
-    assert!(text.contains("broken.inplace"), "{text}");
+    window.says("broken.inplace");
     window.key(Key::Escape);
-    assert_eq!(window.model().messages.texts().count(), 0);
+    assert_eq!(window.messages(), "");
 }

@@ -8,7 +8,6 @@ use inplace_core::scene::{DepthMap, Scene, SceneSource};
 use inplace_core::semantics::{LabelPropagation, Surface};
 use inplace_core::session::Event;
 use inplace_model::Command;
-use inplace_model::exporting::ExportProgress;
 use inplace_model::layer::Layer;
 
 use crate::stand::*;
@@ -31,13 +30,11 @@ fn shown() -> Window {
     let mut window = Window::demo();
     let spread = LabelPropagation::new(wall());
     let scene = Arc::clone(&window.workspace().scene);
-    let worker = window.worker();
-    worker.maps.publish(spread.map(&scene, 0, 1));
-    let event = Event::Map {
+    window.worker().maps.publish(spread.map(&scene, 0, 1));
+    window.tell(Event::Map {
         frame: 0,
         generation: 1,
-    };
-    worker.events.send(event).unwrap();
+    });
     window.key(Key::V);
     window.until_window("the wall is shown", |window| window.shows("Fly to this frame"));
     window
@@ -77,10 +74,8 @@ fn the_surface_is_exported_as_the_dialog_says() {
     let mut window = Window::with_demo(folder.path());
     window.add_class("wall");
     let generation = window.generation();
-    let (spread, scene) = (
-        LabelPropagation::new(wall()),
-        Arc::clone(&window.workspace().scene),
-    );
+    let spread = LabelPropagation::new(wall());
+    let scene = Arc::clone(&window.workspace().scene);
     for frame in 0..FRAMES {
         let map = spread.map(&scene, frame, generation);
         window.worker().maps.publish(map);
@@ -90,9 +85,7 @@ fn the_surface_is_exported_as_the_dialog_says() {
         window.pick("Format", title);
         let out = folder.path().join(stem);
         window.replace_text("Export folder", out.to_str().unwrap());
-        window.until("the export has ended", |app| {
-            !matches!(app.model().export, Some(ExportProgress::Writing(..)))
-        });
+        window.until_exported();
         window.sees("Exported the surface");
         for file in [format!("{stem}.ply"), format!("{stem}_classes.ply")] {
             let bytes = std::fs::read(out.join(&file)).unwrap();
@@ -109,19 +102,14 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_unless_a_lock_refuses_o
     window.click("Lock wall");
     let place = middle(&window);
     window.drag(PointerButton::Primary, &[place]);
-    window.until("the refusal is told", |app| {
-        let mut messages = app.model().messages.texts();
-        messages.any(|message| message.contains("unlock it"))
+    window.until_window("the refusal is told", |window| {
+        window.messages().contains("unlock it")
     });
-    window.harness.run_steps(2);
     window.misses("wall, on frame rgb_0");
     assert_eq!(window.strokes(), 0);
     window.click("Unlock wall");
     window.drag(PointerButton::Primary, &[place]);
-    window.until("the wall is labelled", |app| {
-        let workspace = app.model().workspace().unwrap();
-        !workspace.document.labels().strokes.is_empty()
-    });
+    window.until_window("the wall is labelled", |window| window.strokes() == 1);
     assert!(window.workspace().space.shown);
     let labels = window.labels();
     let (_, stroke) = labels.strokes_of(0).next().unwrap();
@@ -134,9 +122,8 @@ fn a_click_on_the_surface_labels_the_frame_that_shows_it_unless_a_lock_refuses_o
     // What is between the surface and the edge of a fitted view.
     let beside = window.rect("3D view").right_center() - egui::vec2(12.0, 0.0);
     window.drag(PointerButton::Primary, &[beside]);
-    window.until_window("it is said", |window| {
-        window.shows("There is no surface under the pointer")
-    });
+    let said = "There is no surface under the pointer";
+    window.until_window("it is said", |window| window.shows(said));
     assert_eq!(window.strokes(), 0);
 }
 
@@ -149,11 +136,7 @@ fn drags_and_arrows_turn_the_view_fitting_keeps_its_side_and_the_camera_flies_to
     let turned = camera(&window).unwrap();
     assert_eq!(window.frame_index(), 0, "the arrow went to another frame");
     let place = middle(&window);
-    let path = [
-        place,
-        place + egui::vec2(30.0, 0.0),
-        place + egui::vec2(60.0, 0.0),
-    ];
+    let path = [0.0, 30.0, 60.0].map(|x| place + egui::vec2(x, 0.0));
     window.drag(PointerButton::Primary, &path);
     let dragged = camera(&window).unwrap();
     assert!(dragged.direction.yaw > turned.direction.yaw);
@@ -204,9 +187,7 @@ fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     let place = area.center() + focal / node.z * egui::vec2(node.x, node.y);
     window.hover(place);
     window.drag(PointerButton::Primary, &[place]);
-    window.until("the frame is shown", |app| {
-        !app.model().workspace().unwrap().space.shown
-    });
+    window.until_window("the frame is shown", |window| !window.workspace().space.shown);
     assert_eq!(window.frame_index(), 3);
     assert_eq!(window.workspace().suggestions().at(), Some(0));
     assert_eq!(window.strokes(), 0);

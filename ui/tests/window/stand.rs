@@ -10,11 +10,14 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::LabelSet;
+use inplace_core::labels::{LabelSet, StrokeId};
 use inplace_core::scene::{ColorImage, OpenOptions, Scene, SceneSource, Viewpoint};
 use inplace_core::session::{self, Event, FrameMap, MapSlots, RenderedView};
+use inplace_model::exporting::ExportProgress;
 use inplace_model::preferences::Store;
+use inplace_model::project_session::SavedState;
 use inplace_model::session_link::SessionLink;
+use inplace_model::tool::Tool;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Model};
 use inplace_ui::app::{App, Environment};
@@ -63,6 +66,15 @@ impl Worker {
             _ => None,
         };
         self.received().into_iter().filter_map(viewpoint).collect()
+    }
+
+    /// The newest labels that it was told since the last call, which takes all commands, with their generation.
+    pub fn told_labels(&self) -> Option<(LabelSet, u64)> {
+        let labels = |command| match command {
+            session::Command::Labels { labels, generation } => Some((labels, generation)),
+            _ => None,
+        };
+        self.received().into_iter().rev().find_map(labels)
     }
 
     /// The commands since the last call.
@@ -274,13 +286,17 @@ impl Window {
         });
     }
 
+    pub fn until_saved(&mut self) {
+        self.until("all of it is written", |app| {
+            let project = app.model().project.as_ref();
+            project.is_some_and(|project| project.saved_state() == SavedState::Saved)
+        });
+    }
+
     pub fn until_window(&mut self, what: &str, holds: impl Fn(&Self) -> bool) {
-        let start = Instant::now();
+        let end = Instant::now() + Duration::from_secs(20);
         while !holds(self) {
-            assert!(
-                start.elapsed() < Duration::from_secs(20),
-                "waited in vain: {what}"
-            );
+            assert!(Instant::now() < end, "waited in vain: {what}");
             self.harness.step();
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -310,6 +326,15 @@ impl Window {
 
     pub fn frame_index(&self) -> usize {
         self.workspace().frame_index
+    }
+
+    pub fn tool(&self) -> Tool {
+        self.model().settings.tool
+    }
+
+    /// The stroke that is selected.
+    pub fn selected(&self) -> Option<StrokeId> {
+        self.workspace().selected
     }
 
     /// What is known of the frame in view.
@@ -347,7 +372,15 @@ impl Window {
     }
 
     pub fn messages(&self) -> String {
-        self.model().messages.texts().collect::<Vec<_>>().join("\n")
+        let shown = self.model().messages.shown().iter();
+        shown.map(|message| format!("{}\n", message.text)).collect()
+    }
+
+    /// Asserts that a message has these words.
+    #[track_caller]
+    pub fn says(&self, words: &str) {
+        let said = self.messages();
+        assert!(said.contains(words), "\"{words}\" is not in: {said}");
     }
 
     pub fn rect(&self, name: &str) -> Rect {
@@ -437,6 +470,20 @@ impl Window {
             .type_text(text);
         self.harness.run_steps(2);
         self.press(Modifiers::NONE, Key::Enter);
+    }
+
+    /// Exports as the dialog says, into this folder.
+    pub fn export(&mut self, folder: &Path) {
+        self.press(Modifiers::COMMAND, Key::E);
+        self.replace_text("Export folder", folder.to_str().unwrap());
+    }
+
+    pub fn is_exporting(&self) -> bool {
+        matches!(self.model().export, Some(ExportProgress::Writing(..)))
+    }
+
+    pub fn until_exported(&mut self) {
+        self.until_window("the export has ended", |window| !window.is_exporting());
     }
 
     pub fn save_as(&mut self, project: &Path) {

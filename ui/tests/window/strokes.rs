@@ -123,11 +123,8 @@ fn shift_draws_from_the_end_of_the_last_line_and_a_polyline_ends_by_a_double_cli
     window.harness.input_mut().events.extend(events);
     window.harness.run_steps(3);
     let stroke = newest(&window);
-    assert_eq!(
-        (stroke.radius, stroke.lines.len(), stroke.lines[0].len()),
-        (3, 1, 3)
-    );
-    assert_eq!(window.strokes(), 3);
+    assert_eq!((stroke.radius, stroke.lines.len()), (3, 1));
+    assert_eq!((stroke.lines[0].len(), window.strokes()), (3, 3));
     click_at(&mut window, &[[-100.0, 60.0]]);
     window.sees_part("Polyline, 1 corner");
 }
@@ -138,7 +135,7 @@ fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
     window.key(Key::G);
     window.key(Key::Num0);
     assert_eq!(
-        window.model().settings.tool,
+        window.tool(),
         Tool::Polygon,
         "a class is chosen for the tool in hand"
     );
@@ -152,11 +149,7 @@ fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
     assert_eq!(rest.kind(), StrokeKind::Polygon);
     assert!(rest.pixel_count(WIDTH, HEIGHT) < whole.pixel_count(WIDTH, HEIGHT));
     window.key(Key::E);
-    assert_eq!(
-        window.model().settings.tool,
-        Tool::Polygon,
-        "E goes back to the tool of before"
-    );
+    assert_eq!(window.tool(), Tool::Polygon, "E goes back to the tool of before");
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!(newest(&window), whole);
 }
@@ -169,27 +162,23 @@ fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
     window.key(Key::Escape);
     window.key(Key::S);
     click_at(&mut window, &[[0.0, -20.0]]);
-    let selected = window.workspace().selected.unwrap();
+    let selected = window.selected();
+    assert!(selected.is_some());
     window.key(Key::Num1);
     assert_eq!(newest(&window).class, 1);
-    assert_eq!(
-        window.workspace().class,
-        Some(2),
-        "the class to draw with is another matter"
-    );
-    assert_eq!(window.workspace().selected, Some(selected));
-    assert_eq!(
-        window.workspace().document.history().undo_name(),
-        Some("change polygon floor to wall")
-    );
+    let own = window.workspace().class;
+    assert_eq!(own, Some(2), "the class to draw with is another matter");
+    assert_eq!(window.selected(), selected);
+    let undo = window.workspace().document.history().undo_name();
+    assert_eq!(undo, Some("change polygon floor to wall"));
     // Empty ground lets go of it, and then there is nothing to delete.
     click_at(&mut window, &[[200.0, 150.0]]);
-    assert_eq!(window.workspace().selected, None);
+    assert_eq!(window.selected(), None);
     window.key(Key::Delete);
     assert_eq!(window.strokes(), 1);
     click_at(&mut window, &[[0.0, -20.0]]);
     window.key(Key::Delete);
-    assert_eq!((window.strokes(), window.workspace().selected), (0, None));
+    assert_eq!((window.strokes(), window.selected()), (0, None));
     window.press(Modifiers::COMMAND, Key::Z);
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!(newest(&window).class, 2);
@@ -204,7 +193,7 @@ fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
     assert!(!window.shows(row), "only what is in view is built");
     window.key(Key::S);
     click_at(&mut window, &[[0.0, 0.0]]);
-    assert_eq!(window.workspace().selected, Some(StrokeId(1)));
+    assert_eq!(window.selected(), Some(StrokeId(1)));
     window.sees(row);
 }
 
@@ -212,37 +201,27 @@ fn a_stroke_picked_on_the_frame_is_in_view_in_the_list() {
 fn the_list_is_worked_through_with_the_keyboard_alone() {
     let strokes = (0..4).map(|frame| Stroke::click(frame, 1, [5, 5]));
     let mut window = opened(strokes);
-    let row = window.harness.get_by_label("wall, click, 1 pixel, frame rgb_2");
-    let place = row.rect().center();
+    let place = window.rect("wall, click, 1 pixel, frame rgb_2").center();
     window.drag(PointerButton::Primary, &[place]);
     assert_eq!(window.frame_index(), 2);
     window.key(Key::ArrowUp);
-    assert_eq!(
-        window.frame_index(),
-        3,
-        "a click on a row gives the list the keyboard"
-    );
+    assert_eq!(window.frame_index(), 3, "the list has got the keyboard");
     window.key(Key::Escape);
     window.focus("List of strokes");
     window.key(Key::Home);
     assert_eq!(window.frame_index(), 3, "the newest comes first");
     window.key(Key::ArrowDown);
-    assert_eq!(window.workspace().selected, Some(StrokeId(3)));
+    assert_eq!(window.selected(), Some(StrokeId(3)));
     window.key(Key::Delete);
     assert_eq!(window.strokes(), 3);
-    assert_eq!(
-        window.workspace().selected,
-        Some(StrokeId(2)),
-        "the next one takes its place"
-    );
+    assert_eq!(window.selected(), Some(StrokeId(2)), "the next takes its place");
     window.key(Key::End);
     assert_eq!(window.frame_index(), 0);
     window.key(Key::ArrowUp);
     assert_eq!(window.frame_index(), 1);
     window.key(Key::S);
     window.key(Key::Num2);
-    let labels = window.labels();
-    assert_eq!(labels.strokes[&StrokeId(2)].class, 2);
+    assert_eq!(window.labels().strokes[&StrokeId(2)].class, 2);
 }
 
 #[test]
@@ -255,26 +234,21 @@ fn the_list_is_filtered_goes_to_strokes_changes_and_deletes_them() {
         Stroke::click(2, 2, [6, 6]),
         Stroke::polygon(2, 1, &[[10, 10], [19, 10], [19, 14], [10, 14]]),
     ]);
-    let listed = |window: &Window| {
-        let frame = |text: &&str| window.shows(text);
-        [
-            "wall, click, 1 pixel, frame rgb_0",
-            "floor, click, 1 pixel, frame rgb_2",
-            "wall, polygon, 50 pixels, frame rgb_2",
-        ]
-        .iter()
-        .map(frame)
-        .collect::<Vec<bool>>()
-    };
+    let rows = [
+        "wall, click, 1 pixel, frame rgb_0",
+        "floor, click, 1 pixel, frame rgb_2",
+        "wall, polygon, 50 pixels, frame rgb_2",
+    ];
+    let listed = |window: &Window| rows.map(|row| window.shows(row));
     assert_eq!(listed(&window), [true, true, true]);
     window.click("This frame");
     assert_eq!(listed(&window), [true, false, false]);
     window.click("This frame");
     window.type_into("Find strokes", "wall rgb_2");
     assert_eq!(listed(&window), [false, false, true]);
-    window.click("wall, polygon, 50 pixels, frame rgb_2");
+    window.click(rows[2]);
     assert_eq!(window.frame_index(), 2);
-    assert_eq!(window.workspace().selected, Some(StrokeId(3)));
+    assert_eq!(window.selected(), Some(StrokeId(3)));
     window.pick("Class of the stroke", "floor");
     assert_eq!(newest(&window).class, 2);
     window.press(Modifiers::COMMAND, Key::Z);
@@ -313,11 +287,7 @@ fn ten_thousand_strokes_leave_the_window_quick() {
     let start = Instant::now();
     window.harness.run_steps(20);
     let spent = start.elapsed() / 20;
-    assert_eq!(
-        builds(&window),
-        before,
-        "the strokes are drawn anew although nothing changed"
-    );
+    assert_eq!(builds(&window), before, "drawn anew although nothing changed");
     // Many times what it takes; walking all strokes in each frame takes longer in a dev build.
     assert!(spent < Duration::from_millis(60), "{spent:?} a frame");
     let places = [window.canvas(-60.0, 0.0), window.canvas(60.0, 0.0)];

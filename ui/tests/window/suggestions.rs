@@ -1,12 +1,13 @@
 //! Suggestions: going from one to the next and answering them, by keys and by buttons.
 
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, Modifiers};
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::SceneSource;
 use inplace_model::suggestions::Mode;
 use inplace_model::view::View;
 use inplace_ui::{Target, UiOptions};
+use serde_json::{Value, json};
 
 use crate::stand::*;
 
@@ -89,10 +90,8 @@ fn n_goes_through_the_places_and_digits_answer_the_one_at_hand_and_choose_classe
     assert_eq!((window.workspace().class, window.strokes()), (Some(WALL), 0));
     window.key(Key::N);
     assert_eq!(window.frame_index(), 3);
-    assert!(
-        window.workspace().view != View::Whole,
-        "a small place is shown from near"
-    );
+    let near = window.workspace().view != View::Whole;
+    assert!(near, "a small place is shown from near");
     window.sees_part("Suggestion 1 of 3");
     window.key(Key::N);
     assert_eq!(window.frame_index(), 1);
@@ -236,41 +235,26 @@ fn a_trace_tells_what_is_suggested_and_what_was_answered() {
     let mut window = Window::with_options(folder.path(), options);
     window.until_open();
     window.add_class("wall");
+    window.key(Key::Escape);
     suggest_now(&mut window, vec![place(3, [20, 30], &[WALL])]);
-    window.harness.hover_at(window.canvas(0.0, 0.0));
-    let outside = window.canvas(0.0, -200.0);
-    window.drag(PointerButton::Middle, &[outside]);
     window.key(Key::N);
     window.key(Key::Enter);
-    let lines = || -> Vec<serde_json::Value> {
+    let traced = |event: &str| -> Vec<Value> {
         let text = std::fs::read_to_string(&file).unwrap_or_default();
-        text.lines()
-            .filter_map(|line| serde_json::from_str(line).ok())
-            .collect()
+        let lines = text.lines().filter_map(|line| serde_json::from_str(line).ok());
+        lines.filter(|line: &Value| line["event"] == event).collect()
     };
     window.until("the answer is traced", |_| {
-        lines().last().is_some_and(|line| line["strokes"] == 1)
+        let newest = traced("labels").pop();
+        newest.is_some_and(|line| line["strokes"] == 1)
     });
-    let lines = lines();
-    let of_event = |event: &str| {
-        lines
-            .iter()
-            .filter(|line| line["event"] == event)
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(of_event("opened")[0]["frames"][3], "rgb_3");
-    assert_eq!(of_event("classes").last().unwrap()["classes"][0]["name"], "wall");
-    let at = of_event("place")[0];
-    assert_eq!(
-        (at["mode"].as_str(), at["number"].as_u64()),
-        (Some("at"), Some(1))
-    );
-    assert_eq!(at["suggestion"]["pixel"], serde_json::json!([20, 30]));
-    assert_eq!(of_event("place")[1]["mode"], "looking");
-    let newest = of_event("labels").last().unwrap()["newest"].clone();
-    assert_eq!(
-        (newest["frame"].as_str(), newest["class"].as_u64()),
-        (Some("rgb_3"), Some(1))
-    );
-    assert_eq!(newest["lines"], serde_json::json!([[[20, 30]]]));
+    assert_eq!(traced("opened")[0]["frames"][3], "rgb_3");
+    assert_eq!(traced("classes").pop().unwrap()["classes"][0]["name"], "wall");
+    let places = traced("place");
+    assert_eq!([&places[0]["mode"], &places[1]["mode"]], ["at", "looking"]);
+    assert_eq!(places[0]["number"], 1);
+    assert_eq!(places[0]["suggestion"]["pixel"], json!([20, 30]));
+    let newest = &traced("labels").pop().unwrap()["newest"];
+    assert_eq!((&newest["frame"], &newest["class"]), (&json!("rgb_3"), &json!(1)));
+    assert_eq!(newest["lines"], json!([[[20, 30]]]));
 }
