@@ -150,14 +150,10 @@ fn paths(text: &str, module: &[String]) -> Vec<Module> {
 #[test]
 fn modules_of_the_window_import_each_other_without_a_cycle() {
     let sources = files("ui/src").into_iter().filter_map(|file| {
-        let inside = file
-            .strip_prefix(root().join("ui/src"))
-            .unwrap()
-            .with_extension("");
-        let mut module: Module = inside
-            .iter()
-            .map(|part| part.to_str().unwrap().to_owned())
-            .collect();
+        let inside = file.strip_prefix(root().join("ui/src")).unwrap();
+        let inside = inside.with_extension("");
+        let parts = inside.iter().map(|part| part.to_str().unwrap().to_owned());
+        let mut module: Module = parts.collect();
         module.retain(|part| part != "mod" && part != "lib");
         let shipped = file.extension()? == "rs" && !module.iter().any(|part| part == "tests");
         shipped.then(|| (module, read(&file)))
@@ -188,9 +184,5 @@ fn modules_of_the_window_import_each_other_without_a_cycle() {
         imports.retain(|(from, to), _| imported.contains(*from) && importers.contains(to));
     }
     let found: Vec<_> = imports.into_values().collect();
-    assert!(
-        found.is_empty(),
-        "cycles among these imports:\n{}",
-        found.join("\n")
-    );
+    assert!(found.is_empty(), "cycles among these imports: {found:#?}");
 }

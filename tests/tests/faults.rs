@@ -180,11 +180,8 @@ fn bound(command: Command, root: &Path) -> Command {
     set_mode(&executable, 0o755);
     let mut other = Command::new(executable);
     other.args(command.get_args()).uid(NOBODY).gid(NOBODY);
-    other.envs(
-        command
-            .get_envs()
-            .filter_map(|(name, value)| Some((name, value?))),
-    );
+    let variables = command.get_envs();
+    other.envs(variables.filter_map(|(name, value)| Some((name, value?))));
     other
 }
 
@@ -246,15 +243,11 @@ fn open_what_cannot_be_written() {
 }
 
 fn read_a_read_only_medium(medium: &Path) {
-    assert!(
-        fs::write(medium.join("other"), "").is_err(),
-        "the medium can be written"
-    );
+    let other = fs::write(medium.join("other"), "");
+    assert!(other.is_err(), "the medium can be written");
     let state = || -> BTreeMap<PathBuf, Vec<u8>> {
-        let files = files_below(medium).into_iter();
-        files
-            .map(|file| (file.clone(), fs::read(file).unwrap()))
-            .collect()
+        let bytes = |file: PathBuf| (file.clone(), fs::read(file).unwrap());
+        files_below(medium).into_iter().map(bytes).collect()
     };
     let before = state();
     let elsewhere = tempfile::tempdir().unwrap();
@@ -263,10 +256,8 @@ fn read_a_read_only_medium(medium: &Path) {
         let path = medium.join(format!("{name}.inplace"));
         let held = Opened::open(&path).unwrap();
         let refusal = held.project.as_ref().unwrap_err();
-        assert!(
-            matches!(refusal, ProjectError::Unwritable { .. }),
-            "{name}: {refusal}"
-        );
+        let is_told = matches!(refusal, ProjectError::Unwritable { .. });
+        assert!(is_told, "{name}: {refusal}");
         let (damage, labels) = (&held.damage, held.contents.history.labels());
         assert_eq!(damage.is_some(), name == "damaged", "{name}: {damage:?}");
         if name != "old" {

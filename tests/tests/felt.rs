@@ -38,11 +38,8 @@ static ALONE: Mutex<()> = Mutex::new(());
 /// The place with this number on a path that fills the frame.
 fn place(number: u64) -> String {
     let [left, top, width, height] = FRAME;
-    format!(
-        "mousemove {} {}",
-        left + 7 * number % width,
-        top + 5 * number % height
-    )
+    let (x, y) = (left + 7 * number % width, top + 5 * number % height);
+    format!("mousemove {x} {y}")
 }
 
 /// Moves the pointer over the frame for some time.
@@ -61,13 +58,9 @@ fn wander(hands: &Hands, length: Duration) {
 fn used(process: u32) -> f64 {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
     // Behind the name in brackets: ticks of a hundredth of a second in user and in kernel mode.
-    let fields = stat.rsplit_once(") ").unwrap().1.split(' ');
-    let ticks: Vec<f64> = fields
-        .skip(11)
-        .take(2)
-        .map(|ticks| ticks.parse().unwrap())
-        .collect();
-    (ticks[0] + ticks[1]) / 100.0
+    let fields = stat.rsplit_once(") ").unwrap().1.split(' ').skip(11).take(2);
+    let ticks = fields.map(|ticks| ticks.parse::<f64>().unwrap());
+    ticks.sum::<f64>() / 100.0
 }
 
 /// Waits until the maps of all frames follow the labels.
@@ -96,10 +89,8 @@ fn measured(trains: bool, arguments: &[&str]) {
     let hands = Hands::new(&window.screen);
     let click = |number: u64| {
         hands.press(["1", "2"][number as usize % 2]);
-        hands.act(&format!(
-            "{} sleep 0.02 mousedown 1 sleep 0.02 mouseup 1",
-            place(31 * number)
-        ));
+        let place = place(31 * number);
+        hands.act(&format!("{place} sleep 0.02 mousedown 1 sleep 0.02 mouseup 1"));
         std::thread::sleep(NEXT);
     };
     // The first labels wait for a surface, which is not what a click takes: it counts no more in another frame.
@@ -129,10 +120,8 @@ fn measured(trains: bool, arguments: &[&str]) {
     let slack = if seconds >= LONG { 1.0 } else { SLACK };
     let at_most = |name: &str, percentile: &str, limit: f64| {
         assert!(felt[name]["n"].as_u64().unwrap() >= seconds, "{name}: {line}");
-        assert!(
-            felt[name][percentile].as_f64().unwrap() <= slack * limit,
-            "{name} {percentile}: {line}"
-        );
+        let measured = felt[name][percentile].as_f64().unwrap();
+        assert!(measured <= slack * limit, "{name} {percentile}: {line}");
     };
     at_most("presented_ms", "p95", PRESENTED[usize::from(trains)]);
     at_most("click_to_presented_ms", "p50", CLICK[0]);

@@ -144,13 +144,9 @@ fn random_input_breaks_and_loses_nothing() {
         let newest = newest.map(|(id, stroke)| (id.0, u64::from(stroke.class)));
         let told = &accepted["newest"];
         let told = told["id"].as_u64().zip(told["class"].as_u64());
-        println!(
-            "{windows} windows; {} edits, {} strokes in {}",
-            contents.history.edits().0.len(),
-            labels.strokes.len(),
-            file.display()
-        );
-        assert_eq!(labels.strokes.len() as u64, accepted["strokes"].as_u64().unwrap());
+        let (edits, strokes) = (contents.history.edits().0.len(), labels.strokes.len());
+        println!("{windows} windows; {edits} edits, {strokes} strokes in {file:?}");
+        assert_eq!(strokes as u64, accepted["strokes"].as_u64().unwrap());
         assert_eq!(newest, told);
     }
     let quarter = |index: usize| {
@@ -159,11 +155,8 @@ fn random_input_breaks_and_loses_nothing() {
         memories.copied().fold(0.0, f64::max)
     };
     if memories.len() >= 8 {
-        println!(
-            "memory: {:.0} MB in the second quarter, {:.0} MB in the last",
-            quarter(1),
-            quarter(3)
-        );
+        let [second, last] = [1, 3].map(quarter);
+        println!("memory: {second:.0} MB in the second quarter, {last:.0} MB in the last");
     }
     if length >= LONG && windows == 1 {
         assert!(quarter(3) <= GROWTH * quarter(1));

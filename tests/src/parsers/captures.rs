@@ -64,10 +64,9 @@ fn check_files<const N: usize>(
         accepted &= accepts(parser, path, bytes);
     }
     if accepted {
-        paths
-            .iter()
-            .zip(contents)
-            .for_each(|(path, bytes)| write(path, bytes));
+        for (path, bytes) in paths.iter().zip(contents) {
+            write(path, bytes);
+        }
         opened::check(folder);
     }
 }

@@ -16,11 +16,9 @@ pub(super) fn check(folder: &Path) {
     assert!(!scene.frames.is_empty(), "an opened scene has frames");
     assert!(scene.origin.is_finite(), "{}", scene.origin);
     assert!(scene.unit.is_finite() && scene.unit > 0.0, "{}", scene.unit);
-    scene
-        .warnings
-        .iter()
-        .chain(&scene.notes)
-        .for_each(|sentence| assert_sentence(sentence));
+    for sentence in scene.warnings.iter().chain(&scene.notes) {
+        assert_sentence(sentence);
+    }
     let inside = folder.canonicalize().expect("the folder is there");
     for frame in &scene.frames {
         check_frame(frame);

@@ -9,7 +9,7 @@ use inplace_core::labels::{
     History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, rasterise,
 };
 use inplace_core::project::{Contents, Journal, Opened, Project, SceneRecord, Step};
-use inplace_core::scene::OpenOptions;
+use inplace_core::scene::{Frame, OpenOptions};
 use inplace_core::session::{FrameMap, ModelState};
 use rusqlite::Connection;
 
@@ -57,10 +57,9 @@ fn check(path: &Path) {
         Ok(opened) => opened,
         Err(error) => return assert_sentence(&error.to_string()),
     };
-    contents
-        .warnings
-        .iter()
-        .for_each(|warning| assert_sentence(warning));
+    for warning in &contents.warnings {
+        assert_sentence(warning);
+    }
     for map in &contents.maps {
         let frame = &contents.scene.frames[map.frame];
         assert_eq!([frame.width, frame.height], [map.width, map.height]);
@@ -73,13 +72,8 @@ fn check(path: &Path) {
         Ok(matched) => matched,
         Err(error) => return assert_sentence(&error.to_string()),
     };
-    for (index, frame) in scene.frames.iter().enumerate() {
-        rasterise(
-            matched.history.labels(),
-            index,
-            frame.camera.width,
-            frame.camera.height,
-        );
+    for (index, Frame { camera, .. }) in scene.frames.iter().enumerate() {
+        rasterise(matched.history.labels(), index, camera.width, camera.height);
     }
     let mut history = matched.history;
     history.add_class("new");

@@ -107,7 +107,7 @@ fn files_of_later_versions_come_with_their_label_images() {
             continue;
         }
         let grid = images.maps[0].probabilities().unwrap();
-        assert_eq!((grid.size(), grid.frame_size()), ([2, 1], [320, 240]));
+        assert_eq!((grid.size(), images.maps[0].pixels()), ([2, 1], 320 * 240));
         let cells: Vec<Vec<(u16, f32)>> = grid.cells().iter().map(|cell| cell.iter().collect()).collect();
         let first = vec![(1, 204.0 / 255.0), (2, 51.0 / 255.0)];
         assert_eq!(cells, [first, vec![(2, 1.0)]]);
