@@ -114,11 +114,6 @@ impl Probabilities {
         self.size
     }
 
-    /// Width and height of the frame in pixels.
-    pub fn frame_size(&self) -> [u32; 2] {
-        self.frame
-    }
-
     /// Number of the frame's pixels.
     pub(super) fn frame_pixels(&self) -> usize {
         self.frame[0] as usize * self.frame[1] as usize
