@@ -43,7 +43,7 @@ fn what_is_finished_stays_as_it_is_until_something_else_is_asked_for() {
     let disk = OnDisk::default();
     let first = label(&disk, &["--threads", "2"]);
     let before = files(&disk);
-    assert_eq!(before.len(), 3 * Small::get().scene.frames.len() + 2);
+    assert_eq!(before.len(), 4 * Small::get().scene.frames.len() + 3);
     for threads in ["2", "1"] {
         assert_eq!(label(&disk, &["--threads", threads]), first);
     }

@@ -38,8 +38,8 @@ pub(super) enum MapPixels {
         likelihood: Option<Likelihood>,
         /// The number of every pixel's object, 0 where it has none; `None` where nobody asked for objects.
         objects: Option<Vec<u16>>,
-        /// The surface and labels that they were looked up from.
-        source: Option<(Arc<Surface>, Arc<Posterior>)>,
+        /// What they were looked up from.
+        source: Option<OnSurface>,
     },
     /// By the nodes that they show, not looked up yet.
     OnSurface(OnSurface),
@@ -234,11 +234,17 @@ impl FrameMap {
         self.looked_up_with(None)
     }
 
-    /// The same with the object of every pixel, where these are the objects on the map's surface. A map that is looked up
-    /// stays as it is.
+    /// The same with the object of every pixel, where these are the objects on the map's surface. A map stays as it is where
+    /// its objects are known, or where it follows from no surface.
     pub fn looked_up_with(&self, objects: Option<&SurfaceObjects>) -> Cow<'_, Self> {
-        let MapPixels::OnSurface(shown) = &self.pixels else {
-            return Cow::Borrowed(self);
+        let shown = match &self.pixels {
+            MapPixels::OnSurface(shown) => shown,
+            MapPixels::Listed {
+                source: Some(shown),
+                objects: None,
+                ..
+            } if objects.is_some() => shown,
+            MapPixels::Listed { .. } => return Cow::Borrowed(self),
         };
         let nodes = shown.nodes(self.frame);
         let labels = shown.labels(self.frame, &nodes);
@@ -250,7 +256,7 @@ impl FrameMap {
                 confidence: shown.confidence(self.frame, &nodes),
                 runners_up: shown.runners_up(self.frame, &nodes),
             }),
-            source: Some((Arc::clone(&shown.surface), Arc::clone(&shown.posterior))),
+            source: Some(shown.clone()),
         };
         Cow::Owned(Self { pixels, ..*self })
     }
@@ -288,12 +294,11 @@ impl FrameMap {
     /// The surface that the map follows from, and the posterior of its nodes; `None` for a map that was made pixel by
     /// pixel, such as one of a project file.
     pub fn surface(&self) -> Option<(&Arc<Surface>, &Arc<Posterior>)> {
-        match &self.pixels {
-            MapPixels::Listed { source, .. } => {
-                source.as_ref().map(|(surface, posterior)| (surface, posterior))
-            }
-            MapPixels::OnSurface(shown) => Some((&shown.surface, &shown.posterior)),
-        }
+        let shown = match &self.pixels {
+            MapPixels::Listed { source, .. } => source.as_ref()?,
+            MapPixels::OnSurface(shown) => shown,
+        };
+        Some((&shown.surface, &shown.posterior))
     }
 
     /// Most likely class of every pixel; void where nothing is known or a stroke says so.

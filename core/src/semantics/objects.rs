@@ -384,8 +384,13 @@ mod tests {
         let listed = (labels.classes.as_slice(), labels.objects.as_slice());
         let objects = SurfaceObjects::new(propagation.surface(), propagation.posterior(), listed, None);
         let map: FrameMap = propagation.map(scene, frame, 1);
-        let map = map.looked_up_with(Some(&objects));
-        map.objects().unwrap().to_vec()
+        let found = |map: &FrameMap| map.looked_up_with(Some(&objects)).objects().unwrap().to_vec();
+        assert_eq!(
+            found(&map.looked_up()),
+            found(&map),
+            "whether it was looked up before or not"
+        );
+        found(&map)
     }
 
     #[test]
