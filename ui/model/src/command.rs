@@ -82,6 +82,8 @@ pub enum Command {
     RenameClass(ClassId, String),
     /// Gives a class another colour.
     RecolorClass(ClassId, [u8; 3]),
+    /// Makes a class one of things, which have objects, or stuff.
+    SetClassThing(ClassId, bool),
     /// Deletes a class and its strokes.
     DeleteClass(ClassId),
     /// Gives all strokes of the first class to the second.

@@ -116,6 +116,7 @@ impl Model {
             Command::ChooseSlot(slot) => self.choose_slot(slot),
             Command::RenameClass(id, name) => self.rename_class(id, name),
             Command::RecolorClass(id, color) => self.change_class(id, |class| class.color = color),
+            Command::SetClassThing(id, thing) => self.change_class(id, |class| class.thing = thing),
             Command::DeleteClass(id) => self.delete_class(id),
             Command::MergeClass(from, into) => self.merge_class(from, into),
             Command::AddClasses(classes) => self.add_classes(&classes),

@@ -54,6 +54,21 @@ fn classes_are_renamed_merged_and_deleted_and_all_of_it_is_undone() {
 }
 
 #[test]
+fn a_class_is_a_thing_or_stuff_by_its_name_until_its_menu_says_otherwise() {
+    let mut window = Window::with_classes(&["chair", "floor"]);
+    let things = |window: &Window| -> Vec<bool> {
+        let classes = window.workspace().document.classes().iter();
+        classes.map(|class| class.thing).collect()
+    };
+    assert_eq!(things(&window), [true, false]);
+    window.click_through(&["Actions for chair", "Stuff"]);
+    window.click_through(&["Actions for floor", "Thing (has objects)"]);
+    assert_eq!(things(&window), [false, true]);
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(things(&window), [false, false]);
+}
+
+#[test]
 fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     let mut window = Window::with_classes(&["wall", "floor"]);
     // Draws or erases a point.

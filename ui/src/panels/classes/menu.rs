@@ -68,6 +68,13 @@ fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, 
         });
     });
     ui.separator();
+    for (thing, name) in [(true, "Thing (has objects)"), (false, "Stuff")] {
+        if ui.radio(class.thing == thing, name).clicked() {
+            commands.push(Command::SetClassThing(class.id, thing));
+            ui.close();
+        }
+    }
+    ui.separator();
     let mut menu = Menu { ui, commands };
     let above = index.saturating_sub(1);
     menu.entry(index > 0, "Move up", Command::MoveClass(class.id, above));
