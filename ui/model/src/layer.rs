@@ -4,31 +4,34 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Layer {
     /// The image alone.
-    Color,
+    Color = 0,
     /// The class of every pixel.
     #[default]
-    Labels,
+    Labels = 1,
+    /// Which thing of its class every pixel is on.
+    Objects = 9,
     /// How unsure the class of every pixel is.
-    Entropy,
+    Entropy = 2,
     /// Where the labels and the map made from them are of different classes.
-    Disagreement,
+    Disagreement = 3,
     /// How far away every pixel is.
-    Depth,
+    Depth = 4,
     /// The field as seen from the frame, or from the camera of the 3D view: its colours,
-    Rendered,
+    Rendered = 5,
     /// its classes,
-    RenderedLabels,
+    RenderedLabels = 6,
     /// how unsure they are,
-    RenderedEntropy,
+    RenderedEntropy = 7,
     /// and how far away it is.
-    RenderedDepth,
+    RenderedDepth = 8,
 }
 
 impl Layer {
-    /// All layers, in the order in which the key cycles through them and in which projects number them.
-    pub const ALL: [Self; 9] = [
+    /// All layers, in the order in which the key cycles through them.
+    pub const ALL: [Self; 10] = [
         Self::Color,
         Self::Labels,
+        Self::Objects,
         Self::Entropy,
         Self::Disagreement,
         Self::Depth,
@@ -43,6 +46,7 @@ impl Layer {
         match self {
             Self::Color => "Colour",
             Self::Labels => "Labels",
+            Self::Objects => "Objects",
             Self::Entropy => "Entropy",
             Self::Disagreement => "Disagreement",
             Self::Depth => "Depth",
@@ -58,6 +62,7 @@ impl Layer {
         match self {
             Self::Color => "The image alone",
             Self::Labels => "The class of every pixel",
+            Self::Objects => "Every thing that can be counted in a colour of its own",
             Self::Entropy => "How unsure the class of every pixel is",
             Self::Disagreement => {
                 "Where what you or an imported image said is another class than what became of it"
@@ -72,22 +77,30 @@ impl Layer {
         }
     }
 
-    /// Its place in [`Layer::ALL`].
-    pub fn number(self) -> usize {
-        self as usize
+    /// Its number in projects, which stays the same.
+    pub fn number(self) -> u64 {
+        self as u64
+    }
+
+    /// The layer with this number.
+    pub fn numbered(number: u64) -> Option<Self> {
+        Self::ALL.into_iter().find(|layer| layer.number() == number)
     }
 
     /// The next layer.
     #[must_use]
     pub fn next(self) -> Self {
-        Self::ALL[(self.number() + 1) % Self::ALL.len()]
+        let mut after = Self::ALL.into_iter().cycle().skip_while(|&layer| layer != self);
+        after.nth(1).unwrap_or(self)
     }
 
     /// Whether it is a view of the field.
     pub fn is_rendered(self) -> bool {
         match self {
             Self::Rendered | Self::RenderedLabels | Self::RenderedEntropy | Self::RenderedDepth => true,
-            Self::Color | Self::Labels | Self::Entropy | Self::Disagreement | Self::Depth => false,
+            Self::Color | Self::Labels | Self::Objects | Self::Entropy | Self::Disagreement | Self::Depth => {
+                false
+            }
         }
     }
 

@@ -100,12 +100,24 @@ impl Palette {
             let [r, g, b] = class.color;
             table[usize::from(class.id)] = [r, g, b, 255];
         }
+        Arc::new(Self::of(table, classes.len()))
+    }
+
+    /// The same with these RGBA in place of the colours of classes 1, 2 and so on.
+    pub fn listing(colors: impl Iterator<Item = [u8; 4]>) -> Arc<Self> {
+        let mut classes: Vec<[u8; 4]> = std::iter::once([0; 4]).chain(colors).collect();
+        let count = classes.len() - 1;
+        classes.resize(classes.len().next_multiple_of(PALETTE_COLUMNS), [0; 4]);
+        Arc::new(Self::of(classes, count))
+    }
+
+    fn of(classes: Vec<[u8; 4]>, count: usize) -> Self {
         let row = |table: Table| (0..PALETTE_COLUMNS).map(move |column| table.color(column));
-        Arc::new(Self {
-            classes: table,
+        Self {
+            classes,
             tables: Table::ALL.into_iter().flat_map(row).collect(),
-            count: classes.len(),
-        })
+            count,
+        }
     }
 
     /// RGBA of a class; transparent for void and for unknown classes.

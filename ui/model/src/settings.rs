@@ -87,7 +87,7 @@ impl Settings {
     pub fn take_json(&mut self, kept: &Value) {
         for (layer, name) in [(&mut self.layer, "layer"), (&mut self.other_layer, "other_layer")] {
             let number = kept[name].as_u64();
-            if let Some(&known) = number.and_then(|number| Layer::ALL.get(number as usize)) {
+            if let Some(known) = number.and_then(Layer::numbered) {
                 *layer = known;
             }
         }

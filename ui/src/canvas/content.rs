@@ -109,6 +109,6 @@ pub struct Content {
     pub over: Option<Over>,
     /// The frame's newest map, shown or not.
     pub map: Option<Versioned<Arc<FrameMap>>>,
-    /// The classes' colours.
+    /// The colours of the classes, or of what lies over the image in their place.
     pub palette: Versioned<Arc<Palette>>,
 }

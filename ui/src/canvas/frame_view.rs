@@ -16,6 +16,7 @@ use inplace_model::workspace::Workspace;
 
 use super::content::{Content, Image, Picture, ShownMap};
 use super::field_view::{FieldView, FieldViewer};
+use super::objects::{ObjectFinder, ObjectPlane, Question, object_finder};
 use super::plane::{AGREEMENT, DepthPlane, Over, Texels, measured_depth};
 use super::preparing::{AgreementPlane, Part, Preparer, Request, Said, preparer};
 
@@ -28,6 +29,7 @@ pub struct FrameView {
     scene: Arc<Scene>,
     frame: usize,
     preparer: Preparer,
+    objects: ObjectFinder,
     /// Images for the renderer: of the frame in view and those beside it.
     pictures: BTreeMap<usize, Arc<Picture>>,
     /// Why the file of any of these frames cannot be read any more, a sentence.
@@ -42,6 +44,8 @@ pub struct FrameView {
     since: Version,
     /// What was asked of the thread last.
     wanted: Option<Wanted>,
+    /// The map whose objects were asked for last, and the generation of the labels then.
+    asked_objects: Option<(Version, u64)>,
 }
 
 /// What is known of one frame.
@@ -56,6 +60,10 @@ struct Known {
     visible: Option<(Version, Vec<(ClassId, u32)>)>,
     /// How the labels agree with a map.
     agreement: Option<AgreementPlane>,
+    /// The objects that a map shows, once they were asked for.
+    objects: Option<ObjectPlane>,
+    /// Their colours, with the versions of the plane and of the classes' colours.
+    object_palette: Option<([Version; 2], Versioned<Arc<Palette>>)>,
     /// The measured depth, once it was asked for.
     depth: Option<Option<Versioned<DepthPlane>>>,
 }
@@ -79,6 +87,7 @@ impl FrameView {
             scene: Arc::clone(&workspace.scene),
             frame: workspace.frame_index,
             preparer: preparer(ctx.clone()),
+            objects: object_finder(ctx.clone()),
             pictures: BTreeMap::new(),
             unreadable: BTreeMap::new(),
             image: Version::new(),
@@ -86,6 +95,7 @@ impl FrameView {
             field: FieldViewer::new(ctx.clone()),
             since: Version::new(),
             wanted: None,
+            asked_objects: None,
         }
     }
 
@@ -120,6 +130,36 @@ impl FrameView {
                 .follow(workspace, frame.viewpoint(), wanted, now, commands);
         }
         self.want(workspace, layers, measured);
+        self.follow_objects(workspace, layers.contains(&Layer::Objects));
+    }
+
+    /// Takes over the objects that were found, and asks for those of the newest map while they are shown.
+    fn follow_objects(&mut self, workspace: &Workspace, wanted: bool) {
+        if let Some(plane) = self.objects.newest()
+            && plane.map > self.since
+        {
+            self.known.objects = Some(plane);
+        }
+        if let Some(plane) = &self.known.objects {
+            let classes = workspace.document.palette();
+            let made_of = [plane.values.version(), classes.version()];
+            let palette = self.known.object_palette.take_if(|(of, _)| *of == made_of);
+            let palette = palette.unwrap_or_else(|| (made_of, Versioned::new(plane.palette(classes))));
+            self.known.object_palette = Some(palette);
+        }
+        let Some(map) = self.known.newest.as_ref().filter(|_| wanted) else {
+            return;
+        };
+        let asked = (map.version(), workspace.document.generation());
+        if self.asked_objects != Some(asked) {
+            self.asked_objects = Some(asked);
+            let labels = workspace.document.labels();
+            self.objects.ask(Question {
+                map: map.clone(),
+                classes: labels.classes.clone(),
+                told: labels.objects.clone(),
+            });
+        }
     }
 
     /// Another frame has come into view.
@@ -279,6 +319,11 @@ impl FrameView {
         self.known.agreement.as_ref().filter(|_| self.known.map.is_some())
     }
 
+    /// The objects that the map shows; those of the map before while the new ones are found.
+    pub fn objects(&self) -> Option<&ObjectPlane> {
+        self.known.objects.as_ref().filter(|_| self.known.map.is_some())
+    }
+
     /// What a layer of the frame looks like; `None` in a scene without frames. A layer that is not ready is
     /// the image alone.
     pub fn content(&self, layer: Layer, palette: &Versioned<Arc<Palette>>) -> Option<Content> {
@@ -295,6 +340,13 @@ impl FrameView {
         match layer {
             Layer::Color => {}
             Layer::Labels | Layer::Entropy => content.over = map.and_then(|map| map.over(layer, palette)),
+            Layer::Objects => {
+                if let Some((plane, (_, palette))) = self.objects().zip(self.known.object_palette.as_ref()) {
+                    let texels = Texels::Made(Arc::clone(&plane.values));
+                    content.over = Some(Over::classes(plane.size, texels, plane.values.version()));
+                    content.palette = palette.clone();
+                }
+            }
             Layer::Disagreement => content.over = self.agreement().map(agreement_over),
             Layer::Depth => content.over = self.depth().map(|(plane, _)| Over::depth(plane)),
             _ => {

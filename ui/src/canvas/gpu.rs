@@ -81,7 +81,6 @@ struct Uniforms {
 struct Resources {
     pipeline: wgpu::RenderPipeline,
     sampler: wgpu::Sampler,
-    palette: Option<Texture>,
     sides: [Side; SIDES],
     /// The newest map that arrived here.
     map: Option<Version>,
@@ -95,6 +94,7 @@ struct Side {
     uniforms: wgpu::Buffer,
     image: Option<Texture>,
     over: Option<Texture>,
+    palette: Option<Texture>,
     bind_group: Option<wgpu::BindGroup>,
 }
 
@@ -113,7 +113,6 @@ impl Resources {
         Self {
             pipeline,
             sampler,
-            palette: None,
             sides: std::array::from_fn(|_| Side::new(device)),
             map: None,
         }
@@ -121,24 +120,13 @@ impl Resources {
 
     fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, draw: &Draw) {
         let content = &draw.content;
-        let palette = &content.palette;
-        let version = palette.version();
-        if is_older(&self.palette, version) {
-            let size = [PALETTE_COLUMNS as u32, palette.rows() as u32];
-            let texels = palette.texels();
-            let texture = texture_of(device, queue, "canvas palette", RGBA, size, &texels);
-            self.palette = Some(Versioned::with(texture, version));
-            for side in &mut self.sides {
-                side.bind_group = None;
-            }
-        }
         let side = &mut self.sides[draw.side];
         side.upload(device, queue, content);
         if side.image.is_some() {
             note_image(&draw.clock);
         }
         if side.bind_group.is_none()
-            && let (Some(image), Some(over), Some(palette)) = (&side.image, &side.over, &self.palette)
+            && let (Some(image), Some(over), Some(palette)) = (&side.image, &side.over, &side.palette)
         {
             let resources = [
                 side.uniforms.as_entire_binding(),
@@ -164,6 +152,7 @@ impl Side {
             uniforms: uniform_buffer::<Uniforms>(device, "canvas"),
             image: None,
             over: None,
+            palette: None,
             bind_group: None,
         }
     }
@@ -178,6 +167,13 @@ impl Side {
             && is_older(&self.image, picture.version)
         {
             self.image = texture("canvas image", RGBA, picture.size, &picture.rgba, picture.version);
+            self.bind_group = None;
+        }
+        let palette = &content.palette;
+        if is_older(&self.palette, palette.version()) {
+            let size = [PALETTE_COLUMNS as u32, palette.rows() as u32];
+            let texels = palette.texels();
+            self.palette = texture("canvas palette", RGBA, size, &texels, palette.version());
             self.bind_group = None;
         }
         let over = content.over.as_ref();

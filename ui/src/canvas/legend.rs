@@ -7,6 +7,7 @@ use inplace_model::workspace::Workspace;
 
 use super::field_view::FieldView;
 use super::frame_view::FrameView;
+use super::objects::{ObjectPlane, Seen};
 use super::split::Part;
 use crate::numbers;
 use crate::theme;
@@ -80,10 +81,14 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
     let entropy_bar = || Row::Bar(Table::Entropy, ["sure", "unsure"].map(str::to_owned));
     match layer {
         Layer::Color => Vec::new(),
-        Layer::Labels | Layer::Entropy | Layer::Disagreement if shown.map().is_none() => {
+        Layer::Labels | Layer::Objects | Layer::Entropy | Layer::Disagreement if shown.map().is_none() => {
             note("No labels to show yet")
         }
         Layer::Labels => class_rows(workspace, shown, most),
+        Layer::Objects => shown.objects().map_or_else(
+            || note("One moment"),
+            |objects| object_rows(workspace, objects, most),
+        ),
         Layer::Entropy => vec![Row::Title(layer.name().to_owned()), entropy_bar()],
         Layer::Disagreement => agreement_rows(workspace, shown),
         Layer::Depth => depth_rows(shown).unwrap_or_else(|| match workspace.not_rendered.as_deref() {
@@ -150,6 +155,27 @@ fn class_rows(workspace: &Workspace, shown: &FrameView, most: usize) -> Vec<Row>
     }
     if rows.is_empty() {
         rows.push(Row::Note("Nothing has a class here yet".to_owned()));
+    }
+    rows
+}
+
+/// The objects that are visible, those with the most pixels where there are more than fit.
+fn object_rows(workspace: &Workspace, plane: &ObjectPlane, most: usize) -> Vec<Row> {
+    let mut objects: Vec<&Seen> = plane.seen.iter().filter(|seen| seen.object.is_some()).collect();
+    objects.sort_by_key(|seen| std::cmp::Reverse(seen.pixels));
+    let more = objects.len().saturating_sub(most);
+    objects.truncate(most);
+    objects.sort_by_key(|seen| seen.object.as_ref().map(|object| (object.class, object.id)));
+    let row = |seen: &Seen| {
+        let [r, g, b, _] = seen.color(workspace.document.palette());
+        Some(Row::Swatch([r, g, b], seen.object.as_ref()?.name.clone()))
+    };
+    let mut rows: Vec<Row> = objects.into_iter().filter_map(row).collect();
+    if more > 0 {
+        rows.push(Row::Note(format!("and {more} more")));
+    }
+    if rows.is_empty() {
+        rows.push(Row::Note("No objects here".to_owned()));
     }
     rows
 }

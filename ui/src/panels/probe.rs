@@ -118,10 +118,13 @@ impl Reading {
     fn of(workspace: &Workspace, frame: &FrameView, pixel: Pixel) -> Self {
         let most = workspace.document.palette().most_entropy();
         let answer = frame.map().and_then(|shown| shown.map.at(pixel));
+        let seen = frame.objects().and_then(|objects| objects.at(pixel));
         let named = |id: ClassId, probability| {
             let class = workspace.document.labels().class(id)?;
+            let object = seen.filter(|seen| seen.class == id);
+            let object = object.and_then(|seen| seen.object.as_ref());
             Some(Named {
-                name: class.name.clone(),
+                name: object.map_or(&class.name, |object| &object.name).clone(),
                 color: class.color,
                 probability,
             })

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use egui::{Key, PointerButton};
+use inplace_core::labels::default_color;
 use inplace_core::scene::{SceneSource, write_replica};
 use inplace_core::session::Event;
 use inplace_model::Command;
@@ -41,6 +42,27 @@ fn legend_and_readout_say_what_is_shown_and_layers_change_by_menu_and_by_key() {
     window.until_window("the legend is back", |window| window.shows("Labels: floor"));
     window.click_through(&["View", "Legend"]);
     window.misses("Labels: floor");
+}
+
+#[test]
+fn the_layer_of_objects_shows_every_thing_and_the_strip_names_it() {
+    let mut window = Window::with_classes(&["chair"]);
+    window.act(Command::ChooseLayer(Layer::Objects));
+    window.sees("Objects: No labels to show yet");
+    window.click_canvas(0.0, 0.0);
+    window.spread();
+    window.until_window("the objects are found", |window| window.shows("Objects: chair 1"));
+    window.hover(window.canvas(0.0, 0.0));
+    window.sees_part("100% chair 1;");
+    let palette = window.workspace().document.palette();
+    let content = window.frame().content(Layer::Objects, palette).unwrap();
+    assert!(content.over.unwrap().texels.values().contains(&1));
+    let [r, g, b] = default_color(1);
+    assert_eq!(content.palette.class(1), [r, g, b, 255]);
+    // On another frame before its map is there.
+    window.key(Key::D);
+    window.sees("Objects: No labels to show yet");
+    window.misses("Objects: chair 1");
 }
 
 #[test]

@@ -16,7 +16,7 @@ use crate::stand::*;
 const AWAY: f32 = 2.0;
 
 /// A wall before the cameras of the stand-in's scene.
-fn wall() -> Arc<Surface> {
+pub fn wall() -> Arc<Surface> {
     let mut scene = Scene::clone(&scene(SceneSource::Demo));
     for frame in &mut scene.frames {
         let depths = vec![AWAY; frame.camera.pixels()];

@@ -12,6 +12,7 @@ use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::{LabelSet, StrokeId};
 use inplace_core::scene::{ColorImage, OpenOptions, Scene, SceneSource, Viewpoint};
+use inplace_core::semantics::LabelPropagation;
 use inplace_core::session::{self, Event, FrameMap, MapSlots, RenderedView};
 use inplace_model::exporting::ExportProgress;
 use inplace_model::preferences::Store;
@@ -26,6 +27,7 @@ use inplace_ui::{Target, UiOptions};
 use tempfile::TempDir;
 
 use crate::images;
+use crate::space::wall;
 
 pub const WIDTH: u32 = 64;
 pub const HEIGHT: u32 = 48;
@@ -425,6 +427,17 @@ impl Window {
     pub fn publish(&mut self, frame: usize, class: u16) {
         self.worker().publish(frame, self.generation(), class);
         self.harness.run_steps(3);
+    }
+
+    /// The worker answers the present labels as they spread over a wall, with a map of the frame in view.
+    pub fn spread(&mut self) {
+        let mut spread = LabelPropagation::new(wall());
+        let (scene, generation) = (Arc::clone(&self.workspace().scene), self.generation());
+        spread.set_labels(&scene, self.labels());
+        let frame = self.frame_index();
+        let map = spread.map(&scene, frame, generation);
+        self.worker().maps.publish(map.looked_up().into_owned());
+        self.tell(Event::Map { frame, generation });
     }
 
     /// Adds a class and clicks with it on the middle of the canvas.
