@@ -193,7 +193,7 @@ fn two_panels(format: Format) -> std::collections::BTreeMap<String, Vec<u8>> {
     let mut history = History::default();
     history.add_classes(&[Class::new(4, "panel"), Class::new(9, "floor")]);
     for pixel in [[10, 20], [55, 20]] {
-        history.add_object(Stroke::click(0, 4, pixel), None).unwrap();
+        history.add_object(Stroke::click(0, 4, pixel), &[]).unwrap();
     }
     let labels = history.labels();
     let propagation = propagated(&scene, labels);

@@ -368,7 +368,7 @@ mod tests {
         let mut history = History::default();
         history.add_class("panel");
         for pixel in [[10, 20], [55, 20]] {
-            history.add_object(Stroke::click(0, 1, pixel), None).unwrap();
+            history.add_object(Stroke::click(0, 1, pixel), &[]).unwrap();
         }
         let labels = history.labels().clone();
         let propagation = propagated(&scene, &labels);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use inplace_core::labels::{Class, ClassId, Pixel, StrokeId, Trust};
+use inplace_core::labels::{Class, ClassId, Object, Pixel, StrokeId, Trust};
 use inplace_core::scene::{SceneSource, Viewpoint};
 
 use crate::dialogs::{ClassUse, Dialog, ExportChoice, Purpose};
@@ -82,6 +82,10 @@ pub enum Command {
     RenameClass(ClassId, String),
     /// Gives a class another colour.
     RecolorClass(ClassId, [u8; 3]),
+    /// From now on, strokes of the current class say a new object of it.
+    SayNewObject,
+    /// These are the objects of the scene, as far as they are looked for; no person asks for it.
+    SeeObjects(Vec<Object>),
     /// Makes a class one of things, which have objects, or stuff.
     SetClassThing(ClassId, bool),
     /// Deletes a class and its strokes.

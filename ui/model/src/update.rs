@@ -74,7 +74,10 @@ impl Model {
     }
 
     fn command(&mut self, command: Command) {
-        if !matches!(command, Command::Render(_) | Command::Hover(_)) {
+        if !matches!(
+            command,
+            Command::Render(_) | Command::Hover(_) | Command::SeeObjects(_)
+        ) {
             self.with_workspace(|workspace| workspace.overview.log.acted(Instant::now()));
         }
         match command {
@@ -116,6 +119,8 @@ impl Model {
             Command::ChooseSlot(slot) => self.choose_slot(slot),
             Command::RenameClass(id, name) => self.rename_class(id, name),
             Command::RecolorClass(id, color) => self.change_class(id, |class| class.color = color),
+            Command::SayNewObject => self.say_new_object(),
+            Command::SeeObjects(objects) => self.with_workspace(|workspace| workspace.seen_objects = objects),
             Command::SetClassThing(id, thing) => self.change_class(id, |class| class.thing = thing),
             Command::DeleteClass(id) => self.delete_class(id),
             Command::MergeClass(from, into) => self.merge_class(from, into),

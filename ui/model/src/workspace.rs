@@ -3,6 +3,7 @@
 mod answers;
 mod classes;
 mod hover;
+mod objects;
 pub mod source;
 mod strokes;
 mod suggestions;
@@ -10,7 +11,7 @@ mod suggestions;
 use std::sync::Arc;
 use std::time::Instant;
 
-use inplace_core::labels::{ClassId, Pixel, StrokeId};
+use inplace_core::labels::{ClassId, Object, Pixel, StrokeId};
 use inplace_core::scene::{Frame, Scene, Viewpoint};
 use inplace_core::semantics::{Posterior, Surface};
 use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, Status};
@@ -74,6 +75,10 @@ pub struct Workspace {
     pub frame_index: usize,
     /// The current class; `None` until there is one.
     pub class: Option<ClassId>,
+    /// The object of the current class that strokes say, if they say one.
+    said: Option<Object>,
+    /// The objects of the scene as the window found them last; empty before it looked for them.
+    pub(crate) seen_objects: Vec<Object>,
     /// The selected stroke, which is on the frame in view.
     pub selected: Option<StrokeId>,
     /// Counts up with every new map of a frame.
@@ -122,6 +127,8 @@ impl Workspace {
             document,
             class_view: ClassView::default(),
             frame_index: 0,
+            said: None,
+            seen_objects: Vec::new(),
             selected: None,
             status: Status::default(),
             paused: false,

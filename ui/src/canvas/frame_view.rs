@@ -8,11 +8,11 @@ use std::time::Instant;
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::Scene;
 use inplace_core::session::FrameMap;
-use inplace_model::Commands;
 use inplace_model::layer::Layer;
 use inplace_model::palette::Palette;
 use inplace_model::versioned::{Version, Versioned};
 use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
 
 use super::content::{Content, Image, Picture, ShownMap};
 use super::field_view::{FieldView, FieldViewer};
@@ -130,14 +130,15 @@ impl FrameView {
                 .follow(workspace, frame.viewpoint(), wanted, now, commands);
         }
         self.want(workspace, layers, measured);
-        self.follow_objects(workspace, layers.contains(&Layer::Objects));
+        self.follow_objects(workspace, layers.contains(&Layer::Objects), commands);
     }
 
     /// Takes over the objects that were found, and asks for those of the newest map while they are shown.
-    fn follow_objects(&mut self, workspace: &Workspace, wanted: bool) {
+    fn follow_objects(&mut self, workspace: &Workspace, wanted: bool, commands: &mut Commands) {
         if let Some(plane) = self.objects.newest()
             && plane.map > self.since
         {
+            commands.push(Command::SeeObjects(plane.all.to_vec()));
             self.known.objects = Some(plane);
         }
         if let Some(plane) = &self.known.objects {

@@ -73,6 +73,9 @@ table! {
     "1 to 9, 0" => "Choose a class, or change that of the stroke selected with S; 0 is void";
     FIND_CLASS "Find a class" [key("C")] "Find a class by typing part of its name, or make one"
         => Command::FindClass(ClassUse::Choose);
+    NEW_OBJECT "New object" [key("O")]
+        "Say with the next strokes that they are on a new object of the class, until a class is chosen"
+        => Command::SayNewObject;
     "Alt+Up and Alt+Down" => "Move the class that has the focus in the list";
     LABEL_OUTLINED "Label what is outlined" [key("R")]
         "Label what is outlined at the pointer, but for its rim, as one stroke"

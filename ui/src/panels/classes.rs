@@ -144,6 +144,10 @@ impl ClassPanel {
             strokes: workspace.document.strokes_of_class(class.id),
             slot: (index < 9).then_some(index + 1),
             chosen: workspace.class == Some(class.id),
+            said: workspace
+                .said()
+                .filter(|said| said.class == class.id)
+                .map(|said| said.name.as_str()),
             locked: workspace.is_locked(class.id),
             hidden: workspace.is_hidden(class.id),
         };
@@ -202,6 +206,7 @@ fn void_row(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         strokes: workspace.document.strokes_of_class(VOID),
         slot: Some(0),
         chosen: workspace.class == Some(VOID),
+        said: None,
         locked: false,
         hidden: false,
     };

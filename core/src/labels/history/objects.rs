@@ -3,25 +3,28 @@
 use std::collections::BTreeSet;
 
 use super::History;
-use crate::labels::{Edit, Object, ObjectId, Stroke, StrokeChange, StrokeId, unused_name};
+use crate::labels::{ClassId, Edit, Object, ObjectId, Stroke, StrokeChange, StrokeId, unused_name};
 
 impl History {
-    /// Adds an object with its first stroke, whose class is the object's: "chair 3". It gets the number `wanted`, such as
-    /// that of a part which the maps show already, if no object ever had it, and otherwise the next one. `None` where the
-    /// class is unknown or stuff, or there are no more numbers.
-    pub fn add_object(&mut self, stroke: Stroke, wanted: Option<ObjectId>) -> Option<(ObjectId, Edit)> {
-        let class = self.labels.class(stroke.class).filter(|class| class.thing)?;
-        let used = self.object_ids_ever();
-        let id = match wanted.filter(|id| !used.contains(id)) {
-            Some(id) => id,
-            None => unused(&used)?,
-        };
-        let names = self.labels.objects.iter().map(|object| object.name.as_str());
-        let object = Object {
-            id,
+    /// The object of a class that would be added now: its number is none that an object ever had, and neither that nor
+    /// its name is that of one of the `others`, such as the parts that maps show. `None` where the class is unknown or
+    /// stuff, or there are no more numbers.
+    pub fn next_object(&self, class: ClassId, others: &[Object]) -> Option<Object> {
+        let class = self.labels.class(class).filter(|class| class.thing)?;
+        let mut used = self.object_ids_ever();
+        used.extend(others.iter().map(|object| object.id));
+        let names = self.labels.objects.iter().chain(others);
+        Some(Object {
+            id: unused(&used)?,
             class: class.id,
-            name: unused_name(&class.name, names),
-        };
+            name: unused_name(&class.name, names.map(|object| object.name.as_str())),
+        })
+    }
+
+    /// Adds [the next object](Self::next_object) with its first stroke, whose class is the object's: "chair 3".
+    pub fn add_object(&mut self, stroke: Stroke, others: &[Object]) -> Option<(ObjectId, Edit)> {
+        let object = self.next_object(stroke.class, others)?;
+        let id = object.id;
         self.last_stroke += 1;
         let change = StrokeChange {
             id: StrokeId(self.last_stroke),
@@ -152,7 +155,7 @@ mod tests {
         history.add_class("table");
         history.add_stroke(Stroke::click(0, 2, [1, 1]));
         let chairs = [[2, 2], [3, 3]].map(|pixel| {
-            let added = history.add_object(Stroke::click(0, 1, pixel), None);
+            let added = history.add_object(Stroke::click(0, 1, pixel), &[]);
             added.unwrap().0
         });
         (history, chairs)
@@ -171,16 +174,18 @@ mod tests {
         assert_eq!(history.undo_name(), Some("add chair 2"));
         assert_eq!(said(&history), [(2, None), (1, Some(1)), (1, Some(2))]);
         let mut states = vec![history.labels().clone()];
-        let table = history
-            .add_object(Stroke::click(1, 2, [9, 9]), ObjectId::new(40))
-            .unwrap()
-            .0;
+        let shown = [Object {
+            id: ObjectId::new(39).unwrap(),
+            class: 2,
+            name: "table 1".to_owned(),
+        }];
+        let table = history.add_object(Stroke::click(1, 2, [9, 9]), &shown).unwrap().0;
         assert_eq!(table.number(), 40);
         states.push(history.labels().clone());
         history.rename_object(second, "armchair").unwrap();
         states.push(history.labels().clone());
         history.merge_object(second, table).unwrap();
-        assert_eq!(history.undo_name(), Some("merge armchair into table 1"));
+        assert_eq!(history.undo_name(), Some("merge armchair into table 2"));
         assert_eq!(
             said(&history),
             [(2, None), (1, Some(1)), (2, Some(40)), (2, Some(40))]
@@ -191,7 +196,7 @@ mod tests {
         states.push(history.labels().clone());
         let before = history.labels().strokes.keys().next().copied().unwrap();
         history.change_stroke_object(before, table).unwrap();
-        assert_eq!(history.undo_name(), Some("change click table to table 1"));
+        assert_eq!(history.undo_name(), Some("change click table to table 2"));
         for state in states.iter().rev() {
             history.undo().unwrap();
             assert_eq!(history.labels(), state);
@@ -207,16 +212,14 @@ mod tests {
     fn numbers_are_never_used_twice_and_stuff_has_no_objects() {
         let (mut history, [_, second]) = two_chairs();
         history.delete_object(second).unwrap();
-        let (third, _) = history
-            .add_object(Stroke::click(0, 1, [5, 5]), Some(second))
-            .unwrap();
+        let (third, _) = history.add_object(Stroke::click(0, 1, [5, 5]), &[]).unwrap();
         assert_eq!(
             (third.number(), history.labels().objects[1].name.as_str()),
             (3, "chair 2")
         );
         history.add_class("floor");
-        assert!(history.add_object(Stroke::click(0, 3, [5, 5]), None).is_none());
-        assert!(history.add_object(Stroke::click(0, 9, [5, 5]), None).is_none());
+        assert!(history.add_object(Stroke::click(0, 3, [5, 5]), &[]).is_none());
+        assert!(history.add_object(Stroke::click(0, 9, [5, 5]), &[]).is_none());
     }
 
     #[test]

@@ -18,6 +18,19 @@ impl Model {
         self.keep(edit.map(Step::Do));
     }
 
+    /// Adds a stroke of the current class and keeps the edit.
+    fn label(&mut self, stroke: Stroke) {
+        let edit = self.with_workspace(|workspace| workspace.label(stroke));
+        self.keep(edit.map(Step::Do));
+    }
+
+    /// From now on, strokes of the current class say a new object of it.
+    pub(crate) fn say_new_object(&mut self) {
+        if let Some(sentence) = self.with_workspace(Workspace::say_new_object) {
+            self.state.messages.info(sentence);
+        }
+    }
+
     pub(crate) fn step(&mut self, change: fn(&mut History) -> Option<Edit>, step: Step) {
         let edit = self.with_workspace(|workspace| workspace.step_history(change));
         self.keep(edit.map(|_| step));
@@ -160,7 +173,7 @@ impl Model {
             return;
         }
         self.leave_suggestions();
-        self.edit(|history| Some(history.add_stroke(region)));
+        self.label(region);
         self.note_click();
     }
 
@@ -175,7 +188,7 @@ impl Model {
         };
         let click = Stroke::click(frame, class, pixel);
         if !self.lock_refuses(&click) {
-            self.edit(|history| Some(history.add_stroke(click)));
+            self.label(click);
         }
     }
 }

@@ -10,6 +10,7 @@ impl Workspace {
     pub fn choose_class(&mut self, class: ClassId) {
         if class == VOID || self.document.labels().class(class).is_some() {
             self.class = Some(class);
+            self.said = None;
         }
     }
 

@@ -53,7 +53,7 @@ impl Workspace {
         match line.tool {
             Tool::Brush | Tool::Polyline | Tool::Polygon => {
                 let stroke = line.into_stroke(self.frame_index, self.class?, radius);
-                self.edit(|history| Some(history.add_stroke(stroke)))
+                self.label(stroke)
             }
             Tool::Erase => self.erase(&line.points, radius),
             Tool::Select => None,
@@ -76,6 +76,7 @@ impl Workspace {
         if !self.class.is_some_and(exists) {
             self.class = self.document.classes().first().map(|class| class.id);
         }
+        self.check_said();
         self.select(self.selected);
         self.send_labels();
         Some(edit)

@@ -23,6 +23,8 @@ pub(super) struct Row<'a> {
     /// The digit that chooses it.
     pub slot: Option<usize>,
     pub chosen: bool,
+    /// The name of the object that its strokes say now.
+    pub said: Option<&'a str>,
     pub locked: bool,
     pub hidden: bool,
 }
@@ -46,7 +48,11 @@ impl Row<'_> {
         let locked = if self.locked { ", locked" } else { "" };
         let hidden = if self.hidden { ", hidden" } else { "" };
         let strokes = counted(self.strokes, "stroke", "strokes");
-        let words = format!("{}, {strokes}{locked}{hidden}", self.name);
+        let said = self
+            .said
+            .map(|said| format!(", saying {said}"))
+            .unwrap_or_default();
+        let words = format!("{}, {strokes}{locked}{hidden}{said}", self.name);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, self.chosen, &words));
         if response.clicked() {
             commands.push(Command::ChooseClass(self.id));
@@ -119,7 +125,10 @@ impl Row<'_> {
         } else {
             visuals.text_color()
         };
-        line_of_text(ui, name, self.name, 14.0, color)
+        match self.said {
+            Some(said) => line_of_text(ui, name, &format!("{}: {said}", self.name), 14.0, color),
+            None => line_of_text(ui, name, self.name, 14.0, color),
+        }
     }
 
     /// The padlock, and the eye of a hidden class.
