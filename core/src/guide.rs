@@ -113,13 +113,12 @@ pub fn suggest(
     let mut visits = 0;
     // In blocks, so that the result does not depend on the number of threads.
     for block in candidates(graph, &unclear, promise).chunks(BLOCK) {
-        if cancelled.load(Ordering::Relaxed) {
-            return None;
-        }
-        let effects: Vec<Effect> = block
-            .par_iter()
-            .map_init(|| EffectSearch::new(known), |search, &node| search.effect(node))
-            .collect();
+        let effect = |search: &mut EffectSearch<'_>, &node: &u32| {
+            let is_wanted = !cancelled.load(Ordering::Relaxed);
+            is_wanted.then(|| search.effect(node))
+        };
+        let effects = block.par_iter().map_init(|| EffectSearch::new(known), effect);
+        let effects: Vec<Effect> = effects.collect::<Option<_>>()?;
         visits += effects.iter().map(|effect| effect.visits).sum::<usize>();
         ranked.extend(
             effects

@@ -91,12 +91,13 @@ impl Worker<'_> {
         if let Some(propagation) = self.propagation.as_ref().filter(|_| self.suggestions_due) {
             self.suggestions_due = false;
             let (scene, propagation) = (Arc::clone(&self.scene), propagation.clone());
-            let (only, threads) = (self.suggest_on.clone(), self.options.threads.max(1));
+            let only = self.suggest_on.clone();
             let search =
                 move |cancelled: &AtomicBool| suggest(&scene, &propagation, only.as_ref(), cancelled);
+            // One thread: the next click needs the others.
             self.suggesting = Some(Background::start(
                 "inplace-suggestions",
-                threads,
+                1,
                 self.generation,
                 search,
             ));
