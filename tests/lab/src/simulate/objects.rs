@@ -49,7 +49,7 @@ pub struct ObjectPoint {
     pub pq_things: Option<f64>,
     /// Mean intersection over union of the things that were found.
     pub sq_things: Option<f64>,
-    /// Share of the things that were found, see [`SegmentScores::rq`].
+    /// Share of the things that were found, see `SegmentScores::rq`.
     pub rq_things: Option<f64>,
     /// See [`ObjectPoint::pq`].
     pub pq_stuff: Option<f64>,
