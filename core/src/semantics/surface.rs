@@ -12,10 +12,24 @@ use super::{FieldDepth, Look, NO_NODE, NodeMap, Superpixels, pixel_length};
 use crate::field::median;
 use crate::scene::{Frame, Pixels, Scene};
 
-/// Side of a voxel in footprints of a pixel at the median depth, with measured and with estimated depth: what is
-/// estimated differs between frames, and thinner voxels would hold several layers of it.
-const VOXEL_FOOTPRINTS: f32 = 2.5;
-const VOXEL_FOOTPRINTS_ESTIMATED: f32 = 3.5;
+/// How depth becomes voxels.
+struct Fusion {
+    /// Side of a voxel in footprints of a pixel at the median depth.
+    footprints: f32,
+    /// Pixels that must show a voxel for it to count.
+    fewest_pixels: f32,
+}
+/// Measured depth.
+const MEASURED: Fusion = Fusion {
+    footprints: 2.5,
+    fewest_pixels: 3.0,
+};
+/// Estimated depth differs between frames: thinner voxels would hold several layers of it, and what few pixels show is
+/// a mistake, not a thing.
+const ESTIMATED: Fusion = Fusion {
+    footprints: 3.5,
+    fewest_pixels: 9.0,
+};
 /// Smallest side of a voxel in multiples of the noise of the measured depth: a thinner one would hold one layer of it.
 const VOXEL_NOISES: f32 = 20.0;
 /// Noise enlarges a voxel by this factor at most, so that small things are kept that many views can tell apart.
@@ -28,8 +42,6 @@ const MOST_NODES: usize = 300_000;
 /// more than this.
 const ALL_PIXELS_FRAMES: usize = 40;
 const MOST_FUSED_PIXELS: usize = 32_000_000;
-/// Pixels that must show a voxel for it to count.
-const FEWEST_PIXELS: f32 = 3.0;
 
 /// The surface graph of a scene and the node that each pixel of each frame shows.
 #[derive(Clone, Debug, Default)]
@@ -68,6 +80,13 @@ struct Lengths<'a> {
 impl Lengths<'_> {
     fn field_of(&self, frame: usize) -> Option<&FieldDepth> {
         self.field.get(frame).and_then(Option::as_deref)
+    }
+
+    fn fusion(&self) -> Fusion {
+        match self.scene.frames.iter().any(Frame::has_depth) {
+            true => MEASURED,
+            false => ESTIMATED,
+        }
     }
 
     /// The pixels of a keyframe as points.
@@ -145,8 +164,8 @@ impl Surface {
         let mut sums: Vec<(Voxel, Sum)> = sums.into_iter().collect();
         // A fixed order, whatever order the frames were fused in.
         sums.sort_by_key(|(cell, _)| (cell.shell, cell.index.to_array()));
-        let enough = keyframes.len() as f32;
-        sums.retain(|(_, sum)| sum.pixels >= FEWEST_PIXELS.min(enough));
+        let fewest = lengths.fusion().fewest_pixels.min(keyframes.len() as f32);
+        sums.retain(|(_, sum)| sum.pixels >= fewest);
         let places = VoxelNodes::new(voxels, sums.iter().map(|(cell, _)| *cell));
         let nodes = sums
             .into_iter()
@@ -287,13 +306,7 @@ fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
             .filter(|length| length.is_finite());
         footprints.extend(known.map(|length| length / frame.camera.fx));
     }
-    let is_measured = lengths.scene.frames.iter().any(Frame::has_depth);
-    let wide = if is_measured {
-        VOXEL_FOOTPRINTS
-    } else {
-        VOXEL_FOOTPRINTS_ESTIMATED
-    };
-    let side = wide * median(footprints)?;
+    let side = lengths.fusion().footprints * median(footprints)?;
     let noisy = (VOXEL_NOISES * depth_noise(lengths.scene)).min(MOST_GROWTH * side);
     let side = side.max(noisy);
     Some(side.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1))
