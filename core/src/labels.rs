@@ -30,7 +30,7 @@ pub use history::{AddedClasses, History};
 pub use import::{ImportError, LabelImages, in_frame, label_image_files, read_class_list, read_label_images};
 pub use imported::{ImportId, ImportedLabels, ImportedMap, Likeliest, Probabilities, Trust};
 pub(crate) use object::unused_name;
-pub use object::{Label, Object, ObjectId};
+pub use object::{FoundObject, Label, Object, ObjectId};
 pub use palette::{ClassListError, ClassPalette, PALETTES, parse_class_list};
 pub use png::decode_gray;
 pub use polygon::polygon_runs;

@@ -4,7 +4,7 @@ use std::num::NonZeroU16;
 
 use serde::{Deserialize, Serialize};
 
-use super::ClassId;
+use super::{ClassId, Stroke, StrokeId};
 
 /// An object's number, never 0: the pixel value in exported object maps, unique in the scene and the same in all frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -32,6 +32,34 @@ pub struct Object {
     pub class: ClassId,
     /// Name for people.
     pub name: String,
+}
+
+/// An object as maps show it: one that strokes name, or a part of a thing that nothing joins to the others of its class.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FoundObject {
+    /// Its number, class and name.
+    pub object: Object,
+    /// Number of the keyframes that show it.
+    pub frames: usize,
+    /// Number of their pixels that do.
+    pub pixels: u64,
+    /// The strokes of its class that lie on it and name no object.
+    pub strokes: Vec<StrokeId>,
+    /// A click of its class on the frame with most of its pixels, far inside of it; `None` where no frame shows it.
+    pub click: Option<Stroke>,
+}
+
+impl From<Object> for FoundObject {
+    /// One of which it is not known where it is.
+    fn from(object: Object) -> Self {
+        Self {
+            object,
+            frames: 0,
+            pixels: 0,
+            strokes: Vec::new(),
+            click: None,
+        }
+    }
 }
 
 /// The first of "chair 1", "chair 2" and so on that is not among these names.

@@ -6,7 +6,9 @@ use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use super::{DisjointSets, NearestNodes, Node, NodeCells, Posterior, Surface};
-use crate::labels::{Class, ClassId, Object, ObjectId, unused_name};
+use crate::labels::{
+    Class, ClassId, FoundObject, LabelSet, Object, ObjectId, Stroke, VOID, runs_of, unused_name,
+};
 
 /// Longest edge that joins a part, in voxels.
 const JOINED: f32 = 2.5;
@@ -141,6 +143,70 @@ impl SurfaceObjects {
         }
     }
 
+    /// The objects with where the keyframes show them, and the strokes that lie on each of them with most of their pixels
+    /// and name none.
+    pub fn found(&self, surface: &Surface, labels: &LabelSet) -> Vec<FoundObject> {
+        let objects = self.objects.iter().map(|known| known.object.clone());
+        let mut found: BTreeMap<u16, FoundObject> = objects
+            .map(|object| (object.id.number(), object.into()))
+            .collect();
+        let number = |node: u32| self.of_node(node).map_or(0, ObjectId::number);
+        let mut best: BTreeMap<u16, (u64, usize)> = BTreeMap::new();
+        let highest = found.last_key_value().map_or(0, |(&highest, _)| highest);
+        for (frame, nodes) in surface.pixels.iter().enumerate() {
+            let mut counts = vec![0; usize::from(highest) + 1];
+            for (node, pixels) in nodes.runs() {
+                counts[usize::from(number(node))] += pixels.len() as u64;
+            }
+            for (number, object) in &mut found {
+                let pixels = counts[usize::from(*number)];
+                object.pixels += pixels;
+                object.frames += usize::from(pixels > 0);
+                let most = best.entry(*number).or_default();
+                if pixels > most.0 {
+                    *most = (pixels, frame);
+                }
+            }
+        }
+        let frames: BTreeSet<usize> = best
+            .values()
+            .filter(|(most, _)| *most > 0)
+            .map(|of| of.1)
+            .collect();
+        for frame in frames {
+            let nodes = &surface.pixels[frame];
+            let numbers: Vec<u16> = nodes.unpack().into_iter().map(number).collect();
+            for (number, (pixel, _)) in innermost(&numbers, nodes.width()) {
+                let object = found.get_mut(&number);
+                if let Some(object) = object.filter(|_| best.get(&number).is_some_and(|of| of.1 == frame)) {
+                    let place = [pixel % nodes.width(), pixel / nodes.width()].map(|at| at as u32);
+                    object.click = Some(Stroke::click(frame, object.object.class, place));
+                }
+            }
+        }
+        for (&id, stroke) in &labels.strokes {
+            if stroke.object.is_some() || stroke.class == VOID {
+                continue;
+            }
+            let nodes = surface.nodes_of(stroke.frame);
+            let (width, height) = (nodes.width() as u32, nodes.len().checked_div(nodes.width()));
+            let runs = runs_of(stroke, width, height.unwrap_or(0) as u32);
+            let mut shares: BTreeMap<u16, usize> = BTreeMap::new();
+            for pixel in runs.iter().flat_map(|run| run.indices(width)) {
+                *shares.entry(nodes.node(pixel).map_or(0, number)).or_default() += 1;
+            }
+            let most = shares.into_iter().max_by_key(|&(_, pixels)| pixels);
+            let object = most.and_then(|(number, _)| found.get_mut(&number));
+            if let Some(object) = object.filter(|object| object.object.class == stroke.class) {
+                object.strokes.push(id);
+            }
+        }
+        self.objects
+            .iter()
+            .filter_map(|known| found.remove(&known.object.id.number()))
+            .collect()
+    }
+
     /// The object of a node, as far as there is such a node and it has one.
     pub fn of_node(&self, node: u32) -> Option<ObjectId> {
         *self.of_nodes.get(node as usize)?
@@ -177,6 +243,50 @@ impl SurfaceObjects {
         }
         kept
     }
+}
+
+/// For each value of an image of this width, row-major, one of the pixels that are farthest inside its regions, and how
+/// far that is: within fewer rows and columns of it, all have the value. Beyond the image's border no pixel has any.
+/// In two passes over the pixels (Rosenfeld and Pfaltz 1966).
+pub fn innermost(values: &[u16], width: usize) -> BTreeMap<u16, (usize, u32)> {
+    let height = values.len().checked_div(width).unwrap_or(0);
+    let mut depths = vec![0_u32; values.len()];
+    let highest = values.iter().copied().max().unwrap_or(0);
+    let mut deepest = vec![(0, 0); usize::from(highest) + 1];
+    let mut pass = |rows: &mut dyn Iterator<Item = usize>, back: bool| {
+        for row in rows {
+            for step in 0..width {
+                let column = if back { width - 1 - step } else { step };
+                let own = row * width + column;
+                let is_rim = row == 0 || column == 0 || row + 1 == height || column + 1 == width;
+                let mut least = if back { depths[own] } else { u32::MAX };
+                if is_rim {
+                    least = 1;
+                } else {
+                    let before = [own - width - 1, own - width, own - width + 1, own - 1];
+                    for other in before.map(|before| if back { 2 * own - before } else { before }) {
+                        let reached = if values[other] == values[own] {
+                            depths[other]
+                        } else {
+                            0
+                        };
+                        least = least.min(reached + 1);
+                    }
+                }
+                depths[own] = least;
+                if back {
+                    let most = &mut deepest[usize::from(values[own])];
+                    if least > most.1 {
+                        *most = (own, least);
+                    }
+                }
+            }
+        }
+    };
+    pass(&mut (0..height), false);
+    pass(&mut (0..height).rev(), true);
+    let of_values = (0..=u16::MAX).zip(deepest);
+    of_values.filter(|(_, (_, depth))| *depth > 0).collect()
 }
 
 /// A connected part of a class.
@@ -375,6 +485,54 @@ mod tests {
         (scene, labels, propagation)
     }
 
+    #[test]
+    fn found_objects_have_their_best_frame_and_the_strokes_on_them() {
+        let (scene, mut labels, propagation) = halves();
+        let objects = |labels: &LabelSet| {
+            let listed = (labels.classes.as_slice(), labels.objects.as_slice());
+            SurfaceObjects::new(propagation.surface(), propagation.posterior(), listed, None)
+        };
+        let strokes: Vec<_> = labels.strokes.keys().copied().collect();
+        let listed = objects(&labels);
+        let all = listed.found(propagation.surface(), &labels);
+        let width = scene.frames[0].camera.width;
+        for (found, object) in all.iter().zip(&labels.objects) {
+            assert_eq!(&found.object, object);
+            let click = found.click.as_ref().unwrap();
+            let [x, y] = click.first_point().unwrap();
+            let shown = propagation.surface().pixels[click.frame].node((y * width + x) as usize);
+            assert_eq!(listed.of_node(shown.unwrap()), Some(object.id));
+            assert!(
+                found.frames > 1 && found.strokes.is_empty(),
+                "its stroke names it"
+            );
+        }
+        let pixels: u64 = all.iter().map(|found| found.pixels).sum();
+        assert_eq!(pixels, 5 * 64 * 48);
+        // A stroke that names none belongs to what it lies on.
+        let stroke = Arc::make_mut(labels.strokes.get_mut(&strokes[1]).unwrap());
+        stroke.object = None;
+        let of_second = &listed.found(propagation.surface(), &labels)[1];
+        assert_eq!(of_second.strokes, strokes[1..]);
+    }
+
+    #[test]
+    fn the_innermost_pixel_is_that_with_most_room_around_it() {
+        // A bar of 2 beside a block of 1 with a hole, and a lone 3 at the border.
+        #[rustfmt::skip]
+        let values = [
+            2, 2, 1, 1, 1, 1, 1, 1, 1,
+            2, 2, 1, 0, 1, 1, 1, 1, 1,
+            2, 2, 1, 1, 1, 1, 1, 1, 1,
+            2, 2, 1, 1, 1, 1, 1, 1, 1,
+            2, 2, 3, 1, 1, 1, 1, 1, 1,
+        ];
+        let found = innermost(&values, 9);
+        assert_eq!((found[&1], found[&0]), ((2 * 9 + 6, 3), (9 + 3, 1)));
+        assert_eq!((found[&2].1, found[&3]), (1, (38, 1)));
+        assert!(innermost(&[], 0).is_empty());
+    }
+
     fn pixels(
         propagation: &LabelPropagation,
         labels: &LabelSet,
@@ -408,7 +566,10 @@ mod tests {
         // Updates are exact: as if the labels had come at once.
         let mut changed = History::new(labels.clone());
         changed
-            .merge_object(labels.objects[1].id, labels.objects[0].id)
+            .merge_object(
+                &labels.objects[1].clone().into(),
+                &labels.objects[0].clone().into(),
+            )
             .unwrap();
         propagation.set_labels(&scene, changed.labels());
         let anew = propagated(&scene, changed.labels());

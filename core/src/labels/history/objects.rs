@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::History;
-use crate::labels::{ClassId, Edit, Object, ObjectId, Stroke, StrokeChange, StrokeId, unused_name};
+use crate::labels::{
+    ClassId, Edit, FoundObject, Object, ObjectId, Stroke, StrokeChange, StrokeId, unused_name,
+};
 
 impl History {
     /// The object of a class that would be added now: its number is none that an object ever had, and neither that nor
@@ -24,56 +26,118 @@ impl History {
     /// Adds [the next object](Self::next_object) with its first stroke, whose class is the object's: "chair 3".
     pub fn add_object(&mut self, stroke: Stroke, others: &[Object]) -> Option<(ObjectId, Edit)> {
         let object = self.next_object(stroke.class, others)?;
-        let id = object.id;
-        self.last_stroke += 1;
-        let change = StrokeChange {
-            id: StrokeId(self.last_stroke),
-            before: None,
-            after: Some(Stroke {
-                object: Some(id),
-                ..stroke
-            }),
-        };
-        let name = format!("add {}", object.name);
-        let mut after = self.labels.objects.clone();
-        after.push(object);
-        Some((id, self.commit_objects(name, after, vec![change])))
+        let edit = self.label_object(&object.clone().into(), stroke)?;
+        Some((object.id, edit))
     }
 
-    /// Renames an object; `None` when there is no such object or nothing changes.
-    pub fn rename_object(&mut self, id: ObjectId, name: &str) -> Option<Edit> {
-        let mut after = self.labels.objects.clone();
-        let object = after.iter_mut().find(|object| object.id == id)?;
-        if object.name == name {
+    /// Adds a stroke that says an object, which is listed from then on. `None` where its class is unknown or stuff.
+    pub fn label_object(&mut self, found: &FoundObject, stroke: Stroke) -> Option<Edit> {
+        let listed = self.labels.object(found.object.id).is_some();
+        let name = match listed {
+            true => self.name_of(&stroke),
+            false => format!("add {}", found.object.name),
+        };
+        self.tell_object(name, found.object.clone(), &[found], Some(stroke))
+    }
+
+    /// Renames an object, which is listed from then on; `None` where it has the name, or nothing would say it.
+    pub fn rename_object(&mut self, found: &FoundObject, name: &str) -> Option<Edit> {
+        if found.object.name == name {
             return None;
         }
-        let done = format!("rename {} to {name}", object.name);
-        name.clone_into(&mut object.name);
-        Some(self.commit_objects(done, after, Vec::new()))
+        let done = format!("rename {} to {name}", found.object.name);
+        let object = Object {
+            name: name.to_owned(),
+            ..found.object.clone()
+        };
+        self.tell_object(done, object, &[found], None)
     }
 
-    /// Gives all strokes of one object to another, with its class, and deletes the first; `None` unless both exist.
-    pub fn merge_object(&mut self, from: ObjectId, into: ObjectId) -> Option<Edit> {
-        let (source, target) = (self.labels.object(from)?, self.labels.object(into)?);
-        if from == into {
+    /// Makes what says one object say another, with its class, and lists only that; `None` where they are the same, or
+    /// nothing would say it.
+    pub fn merge_object(&mut self, from: &FoundObject, into: &FoundObject) -> Option<Edit> {
+        if from.object.id == into.object.id {
             return None;
         }
-        let (name, class) = (
-            format!("merge {} into {}", source.name, target.name),
-            target.class,
-        );
-        let becomes = |stroke: Stroke| Stroke {
-            class,
-            object: Some(into),
-            ..stroke
-        };
-        Some(self.remove_object(from, name, Some(&becomes)))
+        let name = format!("merge {} into {}", from.object.name, into.object.name);
+        self.tell_object(name, into.object.clone(), &[from, into], None)
     }
 
-    /// Deletes an object and its strokes; `None` when there is no such object.
+    /// Lists an object as it is given here, as what strokes say: those that say one of `found` or lie on it, a click on
+    /// each of these that has neither, and `stroke`. The others of `found` are listed no more. `None` where the class is
+    /// unknown or stuff, or nothing would say the object.
+    fn tell_object(
+        &mut self,
+        name: String,
+        object: Object,
+        found: &[&FoundObject],
+        stroke: Option<Stroke>,
+    ) -> Option<Edit> {
+        self.labels.class(object.class).filter(|class| class.thing)?;
+        let mut listed = self.labels.objects.clone();
+        let is_gone = |id: ObjectId| id != object.id && found.iter().any(|other| other.object.id == id);
+        listed.retain(|other| !is_gone(other.id));
+        match listed.iter_mut().find(|own| own.id == object.id) {
+            Some(own) => own.clone_from(&object),
+            None => listed.push(object.clone()),
+        }
+        let telling = |stroke: &Stroke| Stroke {
+            class: object.class,
+            object: Some(object.id),
+            ..stroke.clone()
+        };
+        let mut changes = Vec::new();
+        let mut clicks = Vec::new();
+        for found in found {
+            let lies_on = |id: &StrokeId, stroke: &Stroke| {
+                stroke.object.is_none() && stroke.class == found.object.class && found.strokes.contains(id)
+            };
+            let says = |stroke: &Stroke| stroke.object == Some(found.object.id);
+            let strokes = self.labels.strokes.iter();
+            let mut own = strokes
+                .filter(|(id, own)| says(own) || lies_on(id, own))
+                .peekable();
+            if own.peek().is_none() {
+                clicks.extend(&found.click);
+            }
+            changes.extend(own.map(|(&id, own)| StrokeChange {
+                id,
+                before: Some(own.as_ref().clone()),
+                after: Some(telling(own)),
+            }));
+        }
+        for stroke in clicks.into_iter().chain(&stroke) {
+            self.last_stroke += 1;
+            changes.push(StrokeChange {
+                id: StrokeId(self.last_stroke),
+                before: None,
+                after: Some(telling(stroke)),
+            });
+        }
+        if changes.is_empty() && self.labels.object(object.id).is_none() {
+            return None;
+        }
+        changes.retain(|change| change.before != change.after);
+        Some(self.commit_objects(name, listed, changes))
+    }
+
+    /// Deletes an object: its strokes say only its class from then on. `None` when there is no such object.
     pub fn delete_object(&mut self, id: ObjectId) -> Option<Edit> {
         let name = format!("delete {}", self.labels.object(id)?.name);
-        Some(self.remove_object(id, name, None))
+        let mut listed = self.labels.objects.clone();
+        listed.retain(|object| object.id != id);
+        let strokes = self.labels.strokes.iter();
+        let own = strokes.filter(|(_, stroke)| stroke.object == Some(id));
+        let changes = own.map(|(&id, stroke)| StrokeChange {
+            id,
+            before: Some(stroke.as_ref().clone()),
+            after: Some(Stroke {
+                object: None,
+                ..stroke.as_ref().clone()
+            }),
+        });
+        let changes = changes.collect();
+        Some(self.commit_objects(name, listed, changes))
     }
 
     /// Makes one stroke say an object, and its class; `None` when there is no such stroke or object, or nothing changes.
@@ -91,26 +155,6 @@ impl History {
             ..before.clone()
         };
         Some(self.commit_stroke(name, id, Some(before), Some(after)))
-    }
-
-    /// Commits an edit that takes an object away, and its strokes unless they become something else.
-    fn remove_object(
-        &mut self,
-        id: ObjectId,
-        name: String,
-        becomes: Option<&dyn Fn(Stroke) -> Stroke>,
-    ) -> Edit {
-        let objects = self.labels.objects.iter();
-        let after = objects.filter(|object| object.id != id).cloned().collect();
-        let strokes = self.labels.strokes.iter();
-        let of_object = strokes.filter(|(_, stroke)| stroke.object == Some(id));
-        let changes = of_object.map(|(&id, stroke)| StrokeChange {
-            id,
-            before: Some(stroke.as_ref().clone()),
-            after: becomes.map(|becomes| becomes(stroke.as_ref().clone())),
-        });
-        let changes = changes.collect();
-        self.commit_objects(name, after, changes)
     }
 
     /// Commits an edit that leaves these objects and changes these strokes.
@@ -146,7 +190,7 @@ fn unused(used: &BTreeSet<ObjectId>) -> Option<ObjectId> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::History;
+    use crate::labels::{History, Pixel};
 
     /// Two chairs with a click each, and a table's click.
     fn two_chairs() -> (History, [ObjectId; 2]) {
@@ -159,6 +203,11 @@ mod tests {
             added.unwrap().0
         });
         (history, chairs)
+    }
+
+    /// An object as the list has it.
+    fn listed(history: &History, id: ObjectId) -> FoundObject {
+        history.labels().object(id).unwrap().clone().into()
     }
 
     fn said(history: &History) -> Vec<(u16, Option<u16>)> {
@@ -182,9 +231,10 @@ mod tests {
         let table = history.add_object(Stroke::click(1, 2, [9, 9]), &shown).unwrap().0;
         assert_eq!(table.number(), 40);
         states.push(history.labels().clone());
-        history.rename_object(second, "armchair").unwrap();
+        let (chair, other) = (listed(&history, second), listed(&history, table));
+        history.rename_object(&chair, "armchair").unwrap();
         states.push(history.labels().clone());
-        history.merge_object(second, table).unwrap();
+        history.merge_object(&listed(&history, second), &other).unwrap();
         assert_eq!(history.undo_name(), Some("merge armchair into table 2"));
         assert_eq!(
             said(&history),
@@ -192,7 +242,11 @@ mod tests {
         );
         states.push(history.labels().clone());
         history.delete_object(first).unwrap();
-        assert_eq!(said(&history).len(), 3);
+        assert_eq!(
+            said(&history),
+            [(2, None), (1, None), (2, Some(40)), (2, Some(40))],
+            "what it was is still a chair"
+        );
         states.push(history.labels().clone());
         let before = history.labels().strokes.keys().next().copied().unwrap();
         history.change_stroke_object(before, table).unwrap();
@@ -205,7 +259,52 @@ mod tests {
             history.redo().unwrap();
             assert_eq!(history.labels(), state);
         }
-        assert!(history.merge_object(first, table).is_none() && history.rename_object(first, "x").is_none());
+        assert!(history.merge_object(&other, &other).is_none() && history.delete_object(first).is_none());
+        assert!(history.rename_object(&other, "table 2").is_none());
+    }
+
+    #[test]
+    fn a_part_that_no_stroke_names_is_named_by_the_strokes_on_it_or_else_by_a_click() {
+        let (mut history, [first, _]) = two_chairs();
+        let plain = history.add_stroke(Stroke::click(1, 1, [4, 4])).strokes[0].id;
+        let before = history.labels().clone();
+        let part = |number, strokes: &[StrokeId], click: Option<Pixel>| FoundObject {
+            strokes: strokes.to_vec(),
+            click: click.map(|pixel| Stroke::click(5, 1, pixel)),
+            ..FoundObject::from(Object {
+                id: ObjectId::new(number).unwrap(),
+                class: 1,
+                name: format!("chair {number}"),
+            })
+        };
+        let (drawn_on, bare) = (part(3, &[plain], Some([7, 7])), part(4, &[], Some([8, 8])));
+        history.rename_object(&drawn_on, "stool").unwrap();
+        assert_eq!(said(&history)[3], (1, Some(3)));
+        assert_eq!(said(&history).len(), 4, "a stroke says it already");
+        history.undo().unwrap();
+        // Two such parts become one; then one of them becomes of a listed object.
+        history.merge_object(&bare, &drawn_on).unwrap();
+        assert_eq!(said(&history)[3..], [(1, Some(3)), (1, Some(3))]);
+        let (_, click) = history.labels().strokes.last_key_value().unwrap();
+        assert_eq!((click.frame, click.first_point()), (5, Some([8, 8])));
+        history.undo().unwrap();
+        assert_eq!(history.labels(), &before);
+        history.merge_object(&bare, &listed(&history, first)).unwrap();
+        assert_eq!(said(&history)[4], (1, Some(1)));
+        assert_eq!(history.labels().objects, before.objects);
+        // One that is said from now on takes the strokes along that lie on it.
+        history
+            .label_object(&drawn_on, Stroke::click(2, 1, [1, 2]))
+            .unwrap();
+        assert_eq!(history.undo_name(), Some("add chair 3"));
+        assert_eq!(
+            (said(&history)[3], said(&history)[5]),
+            ((1, Some(3)), (1, Some(3)))
+        );
+        let unseen = part(9, &[], None);
+        assert!(
+            history.rename_object(&unseen, "x").is_none() && history.merge_object(&unseen, &bare).is_some()
+        );
     }
 
     #[test]
