@@ -1,4 +1,4 @@
-//! How classes are treated in the window: which are locked, which are hidden. Kept in the project with the settings.
+//! How classes are treated in the window: which are locked, hidden, and unfolded. Kept in the project with the settings.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::preferences::each;
 
-/// The classes that are locked, and those that are hidden.
+/// The classes that are locked, those that are hidden, and those whose objects are listed.
 ///
 /// What a person labelled as a locked class stays as it is: its strokes are not erased, changed or covered, and none
 /// is added. Maps go on following all labels. A hidden class is left out of the overlay, with its strokes.
@@ -17,6 +17,8 @@ pub struct ClassView {
     pub locked: BTreeSet<ClassId>,
     /// The hidden classes.
     pub hidden: BTreeSet<ClassId>,
+    /// The classes whose objects are listed below them.
+    pub unfolded: BTreeSet<ClassId>,
 }
 
 impl ClassView {
@@ -24,6 +26,7 @@ impl ClassView {
     pub fn keep_in(&self, view: &mut Value) {
         view["locked"] = self.locked.iter().copied().collect();
         view["hidden"] = self.hidden.iter().copied().collect();
+        view["unfolded"] = self.unfolded.iter().copied().collect();
     }
 
     /// What [`ClassView::keep_in`] kept; what is not there is empty.
@@ -31,6 +34,7 @@ impl ClassView {
         Self {
             locked: each(&kept["locked"]).collect(),
             hidden: each(&kept["hidden"]).collect(),
+            unfolded: each(&kept["unfolded"]).collect(),
         }
     }
 }

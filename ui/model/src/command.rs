@@ -1,8 +1,9 @@
 //! What a person can ask for. Views push commands; [`crate::Model::update`] carries them out.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use inplace_core::labels::{Class, ClassId, Object, Pixel, StrokeId, Trust};
+use inplace_core::labels::{Class, ClassId, FoundObject, ObjectId, Pixel, StrokeId, Trust};
 use inplace_core::scene::{SceneSource, Viewpoint};
 
 use crate::dialogs::{ClassUse, Dialog, ExportChoice, Purpose};
@@ -53,6 +54,8 @@ pub enum Command {
 
     /// A line was drawn on the frame in view.
     Draw(DrawnLine),
+    /// The same, on a new object of the current class; what strokes say stays as it is.
+    DrawObject(DrawnLine),
     /// Selects a stroke where it is, or none.
     SelectStroke(Option<StrokeId>),
     /// Shows a stroke and selects it.
@@ -84,8 +87,20 @@ pub enum Command {
     RecolorClass(ClassId, [u8; 3]),
     /// From now on, strokes of the current class say a new object of it.
     SayNewObject,
+    /// From now on, strokes say this object; its class becomes the current one.
+    ChooseObject(ObjectId),
+    /// Gives an object another name.
+    RenameObject(ObjectId, String),
+    /// Makes the first object a part of the second.
+    MergeObject(ObjectId, ObjectId),
+    /// Deletes an object: its strokes say only the class.
+    DeleteObject(ObjectId),
+    /// Shows an object in the frame that has most of its pixels.
+    GoToObject(ObjectId),
     /// These are the objects of the scene, as far as they are looked for; no person asks for it.
-    SeeObjects(Vec<Object>),
+    SeeObjects(Arc<[FoundObject]>),
+    /// Lists the objects of a class below it, or the class alone.
+    UnfoldClass(ClassId, bool),
     /// Makes a class one of things, which have objects, or stuff.
     SetClassThing(ClassId, bool),
     /// Deletes a class and its strokes.

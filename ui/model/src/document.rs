@@ -79,6 +79,12 @@ impl Document {
         class.map_or((VOID_NAME, VOID_COLOR), |class| (&class.name, class.color))
     }
 
+    /// Name of what a stroke says: the object, or else the class.
+    pub fn name_said(&self, stroke: &Stroke) -> &str {
+        let object = stroke.object.and_then(|id| self.labels().object(id));
+        object.map_or_else(|| self.name_and_color(stroke.class).0, |object| &object.name)
+    }
+
     /// Counts up with every change.
     pub fn generation(&self) -> u64 {
         self.generation

@@ -4,6 +4,7 @@ mod classes;
 mod events;
 mod files;
 mod labels;
+mod objects;
 mod opening;
 mod preferences;
 mod strokes;
@@ -104,6 +105,10 @@ impl Model {
                 self.leave_suggestions();
                 self.draw(line);
             }
+            Command::DrawObject(line) => {
+                self.leave_suggestions();
+                self.draw_object(line);
+            }
             Command::SelectStroke(stroke) => self.with_workspace(|workspace| workspace.select(stroke)),
             Command::GoToStroke(stroke) => self.go_to_stroke(stroke),
             Command::DeleteStroke(stroke) => self.delete_stroke(stroke),
@@ -119,8 +124,14 @@ impl Model {
             Command::ChooseSlot(slot) => self.choose_slot(slot),
             Command::RenameClass(id, name) => self.rename_class(id, name),
             Command::RecolorClass(id, color) => self.change_class(id, |class| class.color = color),
-            Command::SayNewObject => self.say_new_object(),
-            Command::SeeObjects(objects) => self.with_workspace(|workspace| workspace.seen_objects = objects),
+            Command::SayNewObject => drop(self.say_new_object()),
+            Command::ChooseObject(object) => self.choose_object(object),
+            Command::RenameObject(object, name) => self.rename_object(object, &name),
+            Command::MergeObject(from, into) => self.merge_object(from, into),
+            Command::DeleteObject(object) => self.delete_object(object),
+            Command::GoToObject(object) => self.go_to_object(object),
+            Command::SeeObjects(found) => self.with_workspace(|workspace| workspace.found = found),
+            Command::UnfoldClass(class, unfolded) => self.unfold_class(class, unfolded),
             Command::SetClassThing(id, thing) => self.change_class(id, |class| class.thing = thing),
             Command::DeleteClass(id) => self.delete_class(id),
             Command::MergeClass(from, into) => self.merge_class(from, into),

@@ -11,7 +11,7 @@ mod suggestions;
 use std::sync::Arc;
 use std::time::Instant;
 
-use inplace_core::labels::{ClassId, Object, Pixel, StrokeId};
+use inplace_core::labels::{ClassId, FoundObject, Pixel, StrokeId};
 use inplace_core::scene::{Frame, Scene, Viewpoint};
 use inplace_core::semantics::{Posterior, Surface};
 use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, Status};
@@ -76,9 +76,9 @@ pub struct Workspace {
     /// The current class; `None` until there is one.
     pub class: Option<ClassId>,
     /// The object of the current class that strokes say, if they say one.
-    said: Option<Object>,
+    said: Option<FoundObject>,
     /// The objects of the scene as the window found them last; empty before it looked for them.
-    pub(crate) seen_objects: Vec<Object>,
+    pub(crate) found: Arc<[FoundObject]>,
     /// The selected stroke, which is on the frame in view.
     pub selected: Option<StrokeId>,
     /// Counts up with every new map of a frame.
@@ -128,7 +128,7 @@ impl Workspace {
             class_view: ClassView::default(),
             frame_index: 0,
             said: None,
-            seen_objects: Vec::new(),
+            found: Arc::default(),
             selected: None,
             status: Status::default(),
             paused: false,

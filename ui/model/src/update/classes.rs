@@ -90,7 +90,8 @@ impl Model {
         self.refuse(sentence)
     }
 
-    fn refuse(&mut self, sentence: Option<String>) -> bool {
+    /// Says why something is not done, if it is not; returns whether it is refused.
+    pub(crate) fn refuse(&mut self, sentence: Option<String>) -> bool {
         let refused = sentence.is_some();
         if let Some(sentence) = sentence {
             self.state.messages.info(sentence);

@@ -24,13 +24,6 @@ impl Model {
         self.keep(edit.map(Step::Do));
     }
 
-    /// From now on, strokes of the current class say a new object of it.
-    pub(crate) fn say_new_object(&mut self) {
-        if let Some(sentence) = self.with_workspace(Workspace::say_new_object) {
-            self.state.messages.info(sentence);
-        }
-    }
-
     pub(crate) fn step(&mut self, change: fn(&mut History) -> Option<Edit>, step: Step) {
         let edit = self.with_workspace(|workspace| workspace.step_history(change));
         self.keep(edit.map(|_| step));

@@ -1,13 +1,53 @@
-//! Saying which object of its class the next strokes are on.
+//! The objects of the scene, and saying which of them the next strokes are on.
 
-use inplace_core::labels::{Edit, Object, Stroke};
+use inplace_core::labels::{ClassId, Edit, FoundObject, Object, ObjectId, Stroke};
 
 use super::Workspace;
 
 impl Workspace {
-    /// The object that strokes of the current class say; the first of them adds it.
+    /// The object that strokes of the current class say; one that is not there yet is added by the first of them.
     pub fn said(&self) -> Option<&Object> {
-        self.said.as_ref()
+        let said = &self.said.as_ref()?.object;
+        Some(self.document.labels().object(said.id).unwrap_or(said))
+    }
+
+    /// The objects of the scene as the window found them last, on maps that may be older than the labels.
+    pub fn found(&self) -> &[FoundObject] {
+        &self.found
+    }
+
+    /// The objects of a class by their numbers, with where they are as far as the window has found them.
+    pub fn objects_of(&self, class: ClassId) -> Vec<(&Object, Option<&FoundObject>)> {
+        let labels = self.document.labels();
+        let found = self.found.iter().map(|found| (&found.object, Some(found)));
+        let parts = found.filter(|(object, _)| labels.object(object.id).is_none());
+        let listed = labels.objects.iter().map(|object| {
+            let own = |found: &&FoundObject| found.object.id == object.id;
+            (object, self.found.iter().find(own))
+        });
+        let mut objects: Vec<_> = listed
+            .chain(parts)
+            .filter(|(object, _)| object.class == class)
+            .collect();
+        objects.sort_by_key(|(object, _)| object.id);
+        objects
+    }
+
+    /// What is known of an object; `None` of one that labels and maps do not have.
+    pub(crate) fn object(&self, id: ObjectId) -> Option<FoundObject> {
+        let found = self.found.iter().find(|found| found.object.id == id).cloned();
+        match (self.document.labels().object(id).cloned(), found) {
+            (Some(object), Some(found)) => Some(FoundObject { object, ..found }),
+            (Some(object), None) => Some(object.into()),
+            (None, found) => found,
+        }
+    }
+
+    /// Whether the objects are listed, so that they have to be looked for.
+    pub fn lists_objects(&self) -> bool {
+        let unfolded = &self.class_view.unfolded;
+        let mut classes = self.document.classes().iter();
+        classes.any(|class| class.thing && unfolded.contains(&class.id))
     }
 
     /// From now on, strokes of the current class say a new object of it; returns a sentence where it can have none.
@@ -17,7 +57,6 @@ impl Workspace {
         let Some(class) = class else {
             return Some("Choose the class of the object first.".to_owned());
         };
-        self.said = self.document.history().next_object(class.id, &self.seen_objects);
         let sentence = match class.thing {
             false => format!(
                 "\"{}\" is stuff, which has no objects: its menu in the class list makes it a thing.",
@@ -25,29 +64,51 @@ impl Workspace {
             ),
             true => "All numbers that objects can have are taken.".to_owned(),
         };
+        self.said = self.new_object(class.id);
         self.said.is_none().then_some(sentence)
+    }
+
+    /// From now on, strokes say this object.
+    pub(crate) fn choose_object(&mut self, id: ObjectId) {
+        if let Some(object) = self.object(id) {
+            self.choose_class(object.object.class);
+            self.said = Some(object);
+        }
+    }
+
+    /// What strokes say, to go back to it by [`Self::say`].
+    pub(crate) fn saying(&self) -> Option<FoundObject> {
+        self.said.clone()
+    }
+
+    /// From now on, strokes of the current class say this object, or none.
+    pub(crate) fn say(&mut self, said: Option<FoundObject>) {
+        self.said = said;
+        self.check_said();
     }
 
     /// Adds a stroke of the current class, which says the object that is being said.
     pub(crate) fn label(&mut self, stroke: Stroke) -> Option<Edit> {
-        let Some(said) = self.said.clone().filter(|said| said.class == stroke.class) else {
+        let Some(said) = self.said.clone().filter(|said| said.object.class == stroke.class) else {
             return self.edit(|history| Some(history.add_stroke(stroke)));
         };
-        if self.document.labels().object(said.id).is_some() {
-            let object = Some(said.id);
-            return self.edit(|history| Some(history.add_stroke(Stroke { object, ..stroke })));
+        let listed = self.document.labels().object(said.object.id).is_some();
+        let object = match said.click {
+            // One that is not there yet; its number may have been given to a part of the surface meanwhile.
+            None if !listed => self.new_object(stroke.class)?,
+            _ => self.object(said.object.id).unwrap_or(said),
+        };
+        let edit = self.edit(|history| history.label_object(&object, stroke));
+        if edit.is_some() {
+            self.said = self.object(object.object.id);
         }
-        let others = std::mem::take(&mut self.seen_objects);
-        let mut added = None;
-        let edit = self.edit(|history| {
-            let (id, edit) = history.add_object(stroke, &others)?;
-            added = Some(id);
-            Some(edit)
-        });
-        self.seen_objects = others;
-        let labels = self.document.labels();
-        self.said = added.and_then(|id| labels.object(id)).cloned();
         edit
+    }
+
+    fn new_object(&self, class: ClassId) -> Option<FoundObject> {
+        let others: Vec<Object> = self.found.iter().map(|found| found.object.clone()).collect();
+        let object = self.document.history().next_object(class, &others)?;
+        Some(object.into())
     }
 
     /// Ends saying an object that strokes of the current class cannot say any more.
@@ -58,7 +119,7 @@ impl Workspace {
             let said = labels.object(said.id).unwrap_or(said);
             class.is_some_and(|class| class.thing && class.id == said.class)
         };
-        if !self.said.as_ref().is_some_and(is_possible) {
+        if !self.said.as_ref().is_some_and(|said| is_possible(&said.object)) {
             self.said = None;
         }
     }

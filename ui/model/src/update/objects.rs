@@ -1,0 +1,161 @@
+//! Actions on objects: saying, naming, merging and deleting them.
+
+use inplace_core::labels::{ClassId, Edit, FoundObject, History, ObjectId, Stroke};
+
+use super::classes::set;
+use crate::model::Model;
+use crate::tool::DrawnLine;
+use crate::workspace::Workspace;
+
+impl Model {
+    /// From now on, strokes of the current class say a new object of it; returns whether they do.
+    pub(crate) fn say_new_object(&mut self) -> bool {
+        let sentence = self.with_workspace(Workspace::say_new_object);
+        !self.refuse(sentence)
+    }
+
+    /// Draws on a new object, and then goes on with what was said before.
+    pub(crate) fn draw_object(&mut self, line: DrawnLine) {
+        let before = self.state.workspace().and_then(Workspace::saying);
+        let unnamed = self
+            .state
+            .workspace()
+            .is_some_and(|workspace| workspace.class.is_none());
+        if unnamed || self.say_new_object() {
+            self.draw(line);
+        }
+        self.with_workspace(|workspace| workspace.say(before));
+    }
+
+    /// An object is chosen to go on with it.
+    pub(crate) fn choose_object(&mut self, id: ObjectId) {
+        self.choose_tool(self.state.settings.labelling);
+        self.with_workspace(|workspace| workspace.choose_object(id));
+    }
+
+    pub(crate) fn rename_object(&mut self, id: ObjectId, name: &str) {
+        let others = self.bare_parts(&[id]);
+        self.change_object(id, |history, object| {
+            keeping_apart(history, others, |history| history.rename_object(object, name))
+        });
+    }
+
+    pub(crate) fn merge_object(&mut self, from: ObjectId, into: ObjectId) {
+        let Some(target) = self.known_object(into) else {
+            return;
+        };
+        let is_said = self
+            .state
+            .workspace()
+            .and_then(Workspace::said)
+            .map(|said| said.id)
+            == Some(from);
+        let others = self.bare_parts(&[from, into]);
+        let merged = self.change_object(from, |history, object| {
+            keeping_apart(history, others, |history| history.merge_object(object, &target))
+        });
+        if merged && is_said {
+            self.with_workspace(|workspace| workspace.choose_object(into));
+        }
+    }
+
+    pub(crate) fn delete_object(&mut self, id: ObjectId) {
+        let is_said = self
+            .state
+            .workspace()
+            .and_then(Workspace::said)
+            .map(|said| said.id)
+            == Some(id);
+        if self.change_object(id, |history, _| history.delete_object(id)) && is_said {
+            self.with_workspace(|workspace| workspace.say(None));
+        }
+    }
+
+    /// Shows an object in the frame that has most of its pixels.
+    pub(crate) fn go_to_object(&mut self, id: ObjectId) {
+        let Some(object) = self.known_object(id) else {
+            return;
+        };
+        let place = object
+            .click
+            .as_ref()
+            .and_then(|click| Some((click.frame, click.first_point()?)));
+        let Some((frame, pixel)) = place else {
+            let sentence = format!("No frame shows \"{}\" yet.", object.object.name);
+            return self.state.messages.info(sentence);
+        };
+        let before = self.state.workspace().map(|workspace| workspace.frame_index);
+        self.with_workspace(|workspace| {
+            workspace.go_to_place(frame, pixel);
+            workspace.space.shown = false;
+        });
+        if before != Some(frame) {
+            self.looked_away();
+        }
+    }
+
+    /// Lists the objects of a class below it, or the class alone.
+    pub(crate) fn unfold_class(&mut self, id: ClassId, unfolded: bool) {
+        self.change_class_view(|view| set(&mut view.unfolded, id, unfolded));
+    }
+
+    /// Clicks on the parts of the first object's class that no stroke lies on, but for these objects.
+    fn bare_parts(&self, objects: &[ObjectId]) -> Vec<Stroke> {
+        let Some((workspace, first)) = self.state.workspace().zip(objects.first()) else {
+            return Vec::new();
+        };
+        let class = workspace.object(*first).map(|object| object.object.class);
+        let labels = workspace.document.labels();
+        let is_bare = |found: &&FoundObject| {
+            let id = found.object.id;
+            let is_listed = labels.object(id).is_some() || objects.contains(&id);
+            Some(found.object.class) == class && found.strokes.is_empty() && !is_listed
+        };
+        let bare = workspace.found.iter().filter(is_bare);
+        bare.filter_map(|found| found.click.clone()).collect()
+    }
+
+    fn known_object(&self, id: ObjectId) -> Option<FoundObject> {
+        self.state.workspace().and_then(|workspace| workspace.object(id))
+    }
+
+    /// Changes an object unless its class is locked; returns whether anything changed.
+    fn change_object(
+        &mut self,
+        id: ObjectId,
+        change: impl FnOnce(&mut History, &FoundObject) -> Option<Edit>,
+    ) -> bool {
+        let Some(object) = self.known_object(id) else {
+            return false;
+        };
+        if self.locked_refuses_change(object.object.class) {
+            return false;
+        }
+        let mut changed = false;
+        self.edit(|history| {
+            let edit = change(history, &object);
+            changed = edit.is_some();
+            edit
+        });
+        changed
+    }
+}
+
+/// Changes objects and adds these clicks, which name none, in one edit: without a stroke of their own, parts would become
+/// of the object that is named first.
+fn keeping_apart(
+    history: &mut History,
+    clicks: Vec<Stroke>,
+    change: impl FnOnce(&mut History) -> Option<Edit>,
+) -> Option<Edit> {
+    if clicks.is_empty() {
+        return change(history);
+    }
+    let mut trial = history.clone();
+    let mut edit = change(&mut trial)?;
+    for click in clicks {
+        edit.strokes.extend(trial.add_stroke(click).strokes);
+    }
+    history.adopt(edit.clone());
+    Some(edit)
+}
