@@ -39,7 +39,7 @@ pub use field_view::{FieldView, FieldViewer};
 pub use frame_view::FrameView;
 pub use gpu::{UploadClock, make_ready};
 pub use legend::field_words;
-pub use objects::{ObjectPlane, Seen};
+pub use objects::{EntryColors, ObjectPlane, SceneObjects, object_words};
 pub use overlay::{marker, region};
 pub use shapes::stroke_color;
 pub use split::{below_menus, layer_menu};
@@ -153,11 +153,12 @@ impl Canvas {
         let settings = &model.settings;
         let other = settings.compare.then_some(settings.other_layer);
         let mut layers: Vec<Layer> = [Some(settings.layer), other].into_iter().flatten().collect();
+        let objects = layers.contains(&Layer::Objects) || workspace.lists_objects();
         if workspace.space.shown {
             layers.clear();
         }
         if let Some(frame) = &mut self.frame {
-            frame.follow(workspace, &layers, Instant::now(), commands);
+            frame.follow(workspace, (&layers, objects), Instant::now(), commands);
         }
         if workspace.hover().pixel != self.hovered {
             commands.push(Command::Hover(self.hovered));
@@ -313,6 +314,13 @@ impl Canvas {
             for (part, strokes) in parts.iter().zip(&mut self.strokes) {
                 let painter = painter.with_clip_rect(part.clip);
                 strokes.paint(&painter, workspace, placement, part.layer == Layer::Disagreement);
+                let known = self.frame.as_ref().filter(|_| part.layer == Layer::Objects);
+                if let Some(plane) = known.and_then(FrameView::objects) {
+                    let document = &workspace.document;
+                    let strokes = document.strokes_on(workspace.frame_index);
+                    let marks: Vec<Pixel> = strokes.filter_map(|(_, stroke)| stroke.first_point()).collect();
+                    plane.paint_names(&painter, placement, document.palette(), &marks);
+                }
             }
             self.outline.paint(&painter, workspace, placement);
             overlay::suggestions(&painter, workspace, placement);
@@ -413,6 +421,7 @@ impl Canvas {
             }
             match self.gesture.follow(event, view, around, reachable) {
                 Some(Outcome::Finished(line)) => commands.push(Command::Draw(line)),
+                Some(Outcome::FinishedObject(line)) => commands.push(Command::DrawObject(line)),
                 Some(Outcome::Moved(moved)) => view = moved,
                 Some(Outcome::Picked(position)) => {
                     let zoom = around.placement(view).zoom;

@@ -28,11 +28,12 @@ use inplace_model::{Command, Commands, Model};
 pub use controls::switch;
 pub use gpu::make_ready;
 
-use crate::canvas::{Canvas, FieldView, FieldViewer, field_words};
+use crate::canvas::{Canvas, EntryColors, FieldView, FieldViewer, FrameView, field_words};
 use crate::theme;
 use crate::thumbnails::Thumbnails;
 use budget::SplatBudget;
 use camera::{Ray, Sight, level_axes};
+use clicks::Told;
 use cloud::{Prepared, Preparer};
 use controls::Notice;
 use overlay::Mark;
@@ -74,6 +75,8 @@ pub struct View3d {
     click: Option<Click>,
     /// Where a click waits for its answer.
     asked: Option<Pos2>,
+    told: Option<Told>,
+    object_colors: EntryColors,
     flight: Option<Flight>,
     /// The suggestion that was gone to last.
     at_suggestion: Option<usize>,
@@ -96,6 +99,8 @@ impl View3d {
             moved_at: f64::NEG_INFINITY,
             click: None,
             asked: None,
+            told: None,
+            object_colors: EntryColors::default(),
             flight: None,
             at_suggestion: None,
             notice: None,
@@ -107,6 +112,7 @@ impl View3d {
         self.was_shown = false;
         self.click = None;
         self.asked = None;
+        self.told = None;
         self.flight = None;
         self.field = None;
     }
@@ -115,7 +121,7 @@ impl View3d {
     pub fn forget(&mut self) {
         if self.scene.take().is_some() {
             self.rest();
-            self.preparer.get(None);
+            self.preparer.get(None, None);
             self.thumbnails.clear();
             self.last_sight = None;
             self.notice = None;
@@ -139,7 +145,9 @@ impl View3d {
         painter.rect_filled(rect, 0, background);
         self.thumbnails.collect(workspace.serial);
         let level = self.level(workspace);
-        let prepared = self.preparer.get(workspace.surface.as_ref()).cloned();
+        let objects = canvas.frame().and_then(FrameView::scene_objects);
+        let objects = objects.filter(|_| model.settings.layer == Layer::Objects);
+        let prepared = self.preparer.get(workspace.surface.as_ref(), objects).cloned();
         // Another scene's splats may still come.
         let own = |prepared: &Prepared| prepared.surface.scene == workspace.serial;
         let Some(prepared) = prepared.filter(own) else {
@@ -158,7 +166,7 @@ impl View3d {
         let arrived = self.fly(ui, &mut camera, now, commands);
         self.follow(ui, &response, &mut camera, rect, workspace);
         let sight = Sight::new(&camera, rect);
-        self.take_answers(ui, &camera, workspace, now, commands);
+        self.take_answers(ui, &camera, (workspace, &prepared), now, commands);
         self.follow_suggestion(ui, &camera, (workspace, &prepared), now);
         let pointer = response.hover_pos();
         let pointed =
@@ -279,6 +287,10 @@ impl View3d {
         target: Option<wgpu::TextureFormat>,
     ) {
         let palette = workspace.document.palette();
+        let palette = match &prepared.objects {
+            Some(objects) => self.object_colors.follow(&objects.entries, palette),
+            None => palette,
+        };
         let Some(target) = target else {
             cpu::draw(painter, prepared, &sight, look, palette);
             return;

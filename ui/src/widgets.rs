@@ -45,6 +45,10 @@ pub enum Icon {
     Up,
     /// Downwards.
     Down,
+    /// To the right: there is more below.
+    Folded,
+    /// Downwards, small: what is below belongs to it.
+    Unfolded,
     /// A closed padlock.
     Locked,
     /// An open padlock.
@@ -200,6 +204,8 @@ impl Icon {
             }
             Self::Up => line("-5,2.5 0,-2.5 5,2.5"),
             Self::Down => line("-5,-2.5 0,2.5 5,-2.5"),
+            Self::Folded => line("-1.5,-4 2.5,0 -1.5,4"),
+            Self::Unfolded => line("-4,-1.5 0,2.5 4,-1.5"),
             Self::Locked => {
                 painter.rect_filled(padlock, 1, color);
                 line("-3,-1 -3,-4 -1.5,-6");

@@ -16,7 +16,7 @@ use inplace_model::{Command, Commands};
 
 use super::content::{Content, Image, Picture, ShownMap};
 use super::field_view::{FieldView, FieldViewer};
-use super::objects::{ObjectFinder, ObjectPlane, Question, object_finder};
+use super::objects::{EntryColors, ObjectFinder, ObjectPlane, Question, SceneObjects, object_finder};
 use super::plane::{AGREEMENT, DepthPlane, Over, Texels, measured_depth};
 use super::preparing::{AgreementPlane, Part, Preparer, Request, Said, preparer};
 
@@ -62,8 +62,8 @@ struct Known {
     agreement: Option<AgreementPlane>,
     /// The objects that a map shows, once they were asked for.
     objects: Option<ObjectPlane>,
-    /// Their colours, with the versions of the plane and of the classes' colours.
-    object_palette: Option<([Version; 2], Versioned<Arc<Palette>>)>,
+    /// Their colours.
+    object_colors: EntryColors,
     /// The measured depth, once it was asked for.
     depth: Option<Option<Versioned<DepthPlane>>>,
 }
@@ -104,9 +104,15 @@ impl FrameView {
         self.serial == workspace.serial
     }
 
-    /// Takes over what is new in the scene and what was made of it, and has whatever these layers need made. Costs next
-    /// to nothing when nothing has changed.
-    pub fn follow(&mut self, workspace: &Workspace, layers: &[Layer], now: Instant, commands: &mut Commands) {
+    /// Takes over what is new in the scene and what was made of it, and has whatever these layers need made, and the objects
+    /// found where they are wanted. Costs next to nothing when nothing has changed.
+    pub fn follow(
+        &mut self,
+        workspace: &Workspace,
+        (layers, objects): (&[Layer], bool),
+        now: Instant,
+        commands: &mut Commands,
+    ) {
         if !Arc::ptr_eq(&self.scene, &workspace.scene) {
             // All of it is read by now.
             self.scene = Arc::clone(&workspace.scene);
@@ -130,35 +136,40 @@ impl FrameView {
                 .follow(workspace, frame.viewpoint(), wanted, now, commands);
         }
         self.want(workspace, layers, measured);
-        self.follow_objects(workspace, layers.contains(&Layer::Objects), commands);
+        self.follow_objects(workspace, objects, commands);
     }
 
-    /// Takes over the objects that were found, and asks for those of the newest map while they are shown.
+    /// Takes over the objects that were found, and asks for those of the newest map while they are wanted.
     fn follow_objects(&mut self, workspace: &Workspace, wanted: bool, commands: &mut Commands) {
+        if !wanted {
+            self.known.objects = None;
+            self.asked_objects = None;
+            return;
+        }
         if let Some(plane) = self.objects.newest()
             && plane.map > self.since
         {
-            commands.push(Command::SeeObjects(plane.all.to_vec()));
+            if let Some(scene) = &plane.scene {
+                commands.push(Command::SeeObjects(Arc::clone(&scene.found)));
+            }
             self.known.objects = Some(plane);
         }
         if let Some(plane) = &self.known.objects {
             let classes = workspace.document.palette();
-            let made_of = [plane.values.version(), classes.version()];
-            let palette = self.known.object_palette.take_if(|(of, _)| *of == made_of);
-            let palette = palette.unwrap_or_else(|| (made_of, Versioned::new(plane.palette(classes))));
-            self.known.object_palette = Some(palette);
+            self.known.object_colors.follow(&plane.entries, classes);
         }
-        let Some(map) = self.known.newest.as_ref().filter(|_| wanted) else {
+        let Some(map) = &self.known.newest else {
             return;
         };
-        let asked = (map.version(), workspace.document.generation());
-        if self.asked_objects != Some(asked) {
+        // With newer labels an older map would show objects for a moment that neither has.
+        let generation = workspace.document.generation();
+        let may_ask = map.generation == generation || self.known.objects.is_none();
+        let asked = (map.version(), generation);
+        if may_ask && self.asked_objects != Some(asked) {
             self.asked_objects = Some(asked);
-            let labels = workspace.document.labels();
             self.objects.ask(Question {
                 map: map.clone(),
-                classes: labels.classes.clone(),
-                told: labels.objects.clone(),
+                labels: workspace.document.labels().clone(),
             });
         }
     }
@@ -325,6 +336,11 @@ impl FrameView {
         self.known.objects.as_ref().filter(|_| self.known.map.is_some())
     }
 
+    /// The objects of the scene, as they were found last.
+    pub fn scene_objects(&self) -> Option<&Arc<SceneObjects>> {
+        self.known.objects.as_ref()?.scene.as_ref()
+    }
+
     /// What a layer of the frame looks like; `None` in a scene without frames. A layer that is not ready is
     /// the image alone.
     pub fn content(&self, layer: Layer, palette: &Versioned<Arc<Palette>>) -> Option<Content> {
@@ -342,7 +358,7 @@ impl FrameView {
             Layer::Color => {}
             Layer::Labels | Layer::Entropy => content.over = map.and_then(|map| map.over(layer, palette)),
             Layer::Objects => {
-                if let Some((plane, (_, palette))) = self.objects().zip(self.known.object_palette.as_ref()) {
+                if let Some((plane, palette)) = self.objects().zip(self.known.object_colors.newest()) {
                     let texels = Texels::Made(Arc::clone(&plane.values));
                     content.over = Some(Over::classes(plane.size, texels, plane.values.version()));
                     content.palette = palette.clone();

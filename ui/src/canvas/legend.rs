@@ -7,7 +7,7 @@ use inplace_model::workspace::Workspace;
 
 use super::field_view::FieldView;
 use super::frame_view::FrameView;
-use super::objects::{ObjectPlane, Seen};
+use super::objects::{Entry, ObjectPlane};
 use super::split::Part;
 use crate::numbers;
 use crate::theme;
@@ -161,14 +161,14 @@ fn class_rows(workspace: &Workspace, shown: &FrameView, most: usize) -> Vec<Row>
 
 /// The objects that are visible, those with the most pixels where there are more than fit.
 fn object_rows(workspace: &Workspace, plane: &ObjectPlane, most: usize) -> Vec<Row> {
-    let mut objects: Vec<&Seen> = plane.seen.iter().filter(|seen| seen.object.is_some()).collect();
-    objects.sort_by_key(|seen| std::cmp::Reverse(seen.pixels));
+    let mut objects: Vec<(&Entry, u32)> = plane.seen().filter(|(entry, _)| entry.object.is_some()).collect();
+    objects.sort_by_key(|&(_, pixels)| std::cmp::Reverse(pixels));
     let more = objects.len().saturating_sub(most);
     objects.truncate(most);
-    objects.sort_by_key(|seen| seen.object.as_ref().map(|object| (object.class, object.id)));
-    let row = |seen: &Seen| {
-        let [r, g, b, _] = seen.color(workspace.document.palette());
-        Some(Row::Swatch([r, g, b], seen.object.as_ref()?.name.clone()))
+    objects.sort_by_key(|(entry, _)| entry.object.as_ref().map(|object| (object.class, object.id)));
+    let row = |(entry, _): (&Entry, u32)| {
+        let [r, g, b, _] = entry.color(workspace.document.palette());
+        Some(Row::Swatch([r, g, b], entry.object.as_ref()?.name.clone()))
     };
     let mut rows: Vec<Row> = objects.into_iter().filter_map(row).collect();
     if more > 0 {

@@ -1,30 +1,71 @@
-//! The objects of the frame in view, found on a thread of its own: it may take longer than a map may wait.
+//! The objects of the scene and of the frame in view, found on a thread of its own: it may take longer than a map may wait.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use inplace_core::labels::{Class, ClassId, Object, ObjectId, VOID, default_color};
-use inplace_core::semantics::{Posterior, Surface, SurfaceObjects};
+use egui::{Align2, Color32, FontId, Painter, vec2};
+use inplace_core::labels::{ClassId, FoundObject, LabelSet, Object, ObjectId, Pixel, VOID, default_color};
+use inplace_core::semantics::{Posterior, Surface, SurfaceObjects, innermost};
 use inplace_core::session::FrameMap;
 use inplace_model::palette::Palette;
 use inplace_model::versioned::{Version, Versioned};
 
+use super::view::Placement;
 use crate::background::{Background, Desk, Gone};
 
 /// How much of the colour of stuff is grey, so that objects stand out.
 const PALE: f32 = 0.65;
 /// That grey.
 const GREY: f32 = 150.0;
+/// Size of names on the image, in points, and how far around them their ground reaches.
+const NAME: f32 = 12.0;
+const AROUND: egui::Vec2 = vec2(5.0, 2.0);
+/// Room that a click's mark takes on each side, in points.
+const MARK: f32 = 8.0;
+/// A name may be so much wider than the square inside its object.
+const WIDER: f32 = 1.5;
 
-/// A map whose objects are asked for, with the labels' classes and objects.
+/// A map whose objects are asked for, with the labels.
 #[derive(Clone, Debug)]
 pub struct Question {
     /// The map.
     pub map: Versioned<Arc<FrameMap>>,
-    /// All classes.
-    pub classes: Vec<Class>,
-    /// The objects that strokes name.
-    pub told: Vec<Object>,
+    /// The labels.
+    pub labels: LabelSet,
+}
+
+/// The objects of a scene.
+#[derive(Debug)]
+pub struct SceneObjects {
+    /// The surface that they are on.
+    pub surface: Arc<Surface>,
+    /// What was known of its nodes when they were found.
+    pub posterior: Arc<Posterior>,
+    /// What is listed, by its place.
+    pub entries: Entries,
+    /// Where each is.
+    pub found: Arc<[FoundObject]>,
+    labels: LabelSet,
+    objects: SurfaceObjects,
+}
+
+/// What the pixels of the layer of objects can show: the classes, for what belongs to no object, and then the objects.
+#[derive(Clone, Debug)]
+pub struct Entries {
+    /// No other entries have it.
+    pub version: Version,
+    listed: Vec<Entry>,
+    of_class: BTreeMap<ClassId, u16>,
+    of_object: BTreeMap<u16, u16>,
+}
+
+/// An object, or what of a class belongs to none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The class.
+    pub class: ClassId,
+    /// The object.
+    pub object: Option<Object>,
 }
 
 /// The objects that a map shows, pixel for pixel.
@@ -32,25 +73,16 @@ pub struct Question {
 pub struct ObjectPlane {
     /// Width and height.
     pub size: [u32; 2],
-    /// 0 = void; others are one more than a place in `seen`. Row-major.
+    /// 0 = void; others are one more than a place in the entries. Row-major.
     pub values: Versioned<Arc<[u16]>>,
-    /// What is seen, by class and number.
-    pub seen: Vec<Seen>,
+    /// What they stand for.
+    pub entries: Entries,
     /// Version of the map.
     pub map: Version,
-    /// All objects of the scene, also of other frames.
-    pub all: Arc<[Object]>,
-}
-
-/// An object that a map shows, or the pixels of a class that belong to none.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Seen {
-    /// The class.
-    pub class: ClassId,
-    /// The object.
-    pub object: Option<Object>,
-    /// Number of its pixels.
-    pub pixels: u32,
+    /// All objects of the scene, also of other frames; `None` where the map follows from no surface.
+    pub scene: Option<Arc<SceneObjects>>,
+    /// By value, the number of its pixels, and the pixel that is farthest inside with its distance from the border.
+    seen: BTreeMap<u16, (u32, Pixel, u32)>,
 }
 
 /// The window's end of the thread.
@@ -63,107 +95,221 @@ pub fn object_finder(ctx: egui::Context) -> ObjectFinder {
 
 /// Answers the newest question.
 fn find(desk: &Desk<Question, ObjectPlane>) -> Result<(), Gone> {
-    let mut known: Option<Known> = None;
+    let mut known: Option<Arc<SceneObjects>> = None;
     loop {
         let question = desk.newest()?;
         let found = question.map.surface().map(|surface| match known.take() {
-            Some(known) if known.answers(surface, &question) => known,
-            before => Known::new(surface, &question, before.as_ref()),
+            Some(known) if known.answers(surface, &question.labels) => known,
+            before => Arc::new(SceneObjects::new(
+                surface,
+                question.labels.clone(),
+                before.as_deref(),
+            )),
         });
-        let objects = found.as_ref().map(|found| &found.objects);
-        desk.tell(ObjectPlane::new(&question.map, objects))?;
+        desk.tell(ObjectPlane::new(&question, found.clone()))?;
         known = found.or(known);
     }
 }
 
-/// The objects that were found last, with what they were found from.
-struct Known {
-    surface: Arc<Surface>,
-    posterior: Arc<Posterior>,
-    classes: Vec<Class>,
-    told: Vec<Object>,
-    objects: SurfaceObjects,
-}
-
-impl Known {
+impl SceneObjects {
     /// The objects on a surface, with the numbers and names that they had before.
     fn new(
         (surface, posterior): (&Arc<Surface>, &Arc<Posterior>),
-        Question { classes, told, .. }: &Question,
+        labels: LabelSet,
         before: Option<&Self>,
     ) -> Self {
         let moved = before
             .filter(|before| !Arc::ptr_eq(&before.surface, surface))
             .map(|before| before.objects.on(&before.surface, (surface, posterior)));
         let before = moved.as_ref().or(before.map(|before| &before.objects));
+        let listed = (labels.classes.as_slice(), labels.objects.as_slice());
+        let objects = SurfaceObjects::new(surface, posterior, listed, before);
         Self {
-            objects: SurfaceObjects::new(surface, posterior, (classes, told), before),
+            entries: Entries::new(&labels, objects.objects.iter().map(|known| &known.object)),
+            found: objects.found(surface, &labels).into(),
+            objects,
             surface: Arc::clone(surface),
             posterior: Arc::clone(posterior),
-            classes: classes.clone(),
-            told: told.clone(),
+            labels,
         }
     }
 
     /// Whether these are the objects of a question, as where only the frame is another.
-    fn answers(&self, (surface, posterior): (&Arc<Surface>, &Arc<Posterior>), question: &Question) -> bool {
+    fn answers<'a>(
+        &'a self,
+        (surface, posterior): (&Arc<Surface>, &Arc<Posterior>),
+        labels: &'a LabelSet,
+    ) -> bool {
+        let said = |labels: &'a LabelSet| (&labels.classes, &labels.objects, &labels.strokes);
         Arc::ptr_eq(&self.surface, surface)
             && Arc::ptr_eq(&self.posterior, posterior)
-            && (&self.classes, &self.told) == (&question.classes, &question.told)
+            && said(&self.labels) == said(labels)
+    }
+
+    /// What a node shows, as a value of an [`ObjectPlane`].
+    pub fn value(&self, node: u32) -> u16 {
+        let class = self.posterior.labels.get(node as usize).copied().unwrap_or(0);
+        let number = self.objects.of_node(node).map_or(0, ObjectId::number);
+        self.entries.value(class, number)
+    }
+}
+
+impl Entries {
+    fn new<'a>(labels: &LabelSet, objects: impl Iterator<Item = &'a Object>) -> Self {
+        let classes = labels.classes.iter().map(|class| (class.id, None));
+        let objects = objects.map(|object| (object.class, Some(object.clone())));
+        let listed = classes
+            .chain(objects)
+            .map(|(class, object)| Entry { class, object });
+        let listed: Vec<Entry> = listed.take(usize::from(u16::MAX)).collect();
+        let (mut of_class, mut of_object) = (BTreeMap::new(), BTreeMap::new());
+        for (entry, value) in listed.iter().zip(1..) {
+            match &entry.object {
+                Some(object) => of_object.insert(object.id.number(), value),
+                None => of_class.insert(entry.class, value),
+            };
+        }
+        Self {
+            version: Version::new(),
+            listed,
+            of_class,
+            of_object,
+        }
+    }
+
+    /// The value of an object by its number, or of a class for 0.
+    fn value(&self, class: ClassId, number: u16) -> u16 {
+        let of_class = || self.of_class.get(&class);
+        self.of_object
+            .get(&number)
+            .or_else(of_class)
+            .copied()
+            .unwrap_or(0)
+    }
+
+    /// What a value stands for; `None` for void.
+    pub fn of(&self, value: u16) -> Option<&Entry> {
+        self.listed.get(usize::from(value.checked_sub(1)?))
+    }
+
+    /// The colours of the values: objects have one of their own, other pixels a pale one of their class; hidden classes
+    /// have none.
+    pub fn palette(&self, classes: &Palette) -> Arc<Palette> {
+        Palette::listing(self.listed.iter().map(|entry| entry.color(classes)))
+    }
+}
+
+/// The colours of entries, which are made anew when these or the classes' colours change.
+#[derive(Debug, Default)]
+pub struct EntryColors(Option<([Version; 2], Versioned<Arc<Palette>>)>);
+
+impl EntryColors {
+    /// The colours of these entries, where these are those of the classes.
+    pub fn follow(
+        &mut self,
+        entries: &Entries,
+        classes: &Versioned<Arc<Palette>>,
+    ) -> &Versioned<Arc<Palette>> {
+        let made_of = [entries.version, classes.version()];
+        let kept = self.0.take().filter(|(of, _)| *of == made_of);
+        &self
+            .0
+            .insert(kept.unwrap_or_else(|| (made_of, Versioned::new(entries.palette(classes)))))
+            .1
+    }
+
+    /// The newest colours.
+    pub fn newest(&self) -> Option<&Versioned<Arc<Palette>>> {
+        self.0.as_ref().map(|(_, colors)| colors)
     }
 }
 
 impl ObjectPlane {
     /// Of a map with the objects on its surface, if it has one.
-    fn new(map: &Versioned<Arc<FrameMap>>, objects: Option<&SurfaceObjects>) -> Self {
-        let labels = map.labels();
-        let with_objects = map.looked_up_with(objects);
-        let numbers = with_objects.objects().map(<[u16]>::to_vec);
-        let number = |pixel: usize| numbers.as_ref().map_or(0, |numbers| numbers[pixel]);
-        let pixels = labels.iter().enumerate();
-        let shown: Vec<(ClassId, u16)> = pixels.map(|(pixel, &class)| (class, number(pixel))).collect();
-        let mut counts: BTreeMap<(ClassId, u16), u32> = BTreeMap::new();
-        for run in shown.chunk_by(|a, b| a == b) {
+    fn new(Question { map, labels }: &Question, scene: Option<Arc<SceneObjects>>) -> Self {
+        let with_objects = map.looked_up_with(scene.as_ref().map(|scene| &scene.objects));
+        let classes = with_objects.labels();
+        let entries = match &scene {
+            Some(scene) => scene.entries.clone(),
+            None => Entries::new(labels, std::iter::empty()),
+        };
+        let numbers = with_objects.objects();
+        // Most pixels show the same as the one before.
+        let mut last = ((VOID, 0), 0);
+        let value = |(pixel, &class): (usize, &ClassId)| {
+            let shown = (class, numbers.map_or(0, |numbers| numbers[pixel]));
+            if last.0 != shown {
+                last = (shown, entries.value(shown.0, shown.1));
+            }
+            last.1
+        };
+        let values: Vec<u16> = classes.iter().enumerate().map(value).collect();
+        let mut counts: BTreeMap<u16, u32> = BTreeMap::new();
+        for run in values.chunk_by(|a, b| a == b) {
             *counts.entry(run[0]).or_default() += run.len() as u32;
         }
-        counts.retain(|(class, _), _| *class != VOID);
-        let known = objects.map_or(&[][..], |objects| &objects.objects);
-        let seen = counts.iter().map(|(&(class, number), &pixels)| {
-            let id = ObjectId::new(number);
-            let object = known.iter().map(|known| &known.object);
-            Seen {
-                class,
-                object: object.clone().find(|object| Some(object.id) == id).cloned(),
-                pixels,
-            }
+        let spots = innermost(&values, map.width as usize)
+            .into_iter()
+            .filter(|(value, _)| *value != 0);
+        let seen = spots.map(|(value, (pixel, depth))| {
+            let pixel = pixel as u32;
+            let place = [pixel % map.width, pixel / map.width];
+            (value, (counts[&value], place, depth))
         });
-        // No frame shows as many objects as there are numbers.
-        let places: BTreeMap<(ClassId, u16), u16> = counts.keys().copied().zip(1..).collect();
-        let values = shown.iter().map(|label| places.get(label).copied().unwrap_or(0));
         Self {
             size: [map.width, map.height],
-            values: Versioned::new(values.collect()),
             seen: seen.collect(),
+            values: Versioned::new(values.into()),
+            entries,
             map: map.version(),
-            all: known.iter().map(|known| known.object.clone()).collect(),
+            scene,
         }
     }
 
     /// What a pixel shows; `None` for void and outside.
-    pub fn at(&self, [x, y]: [u32; 2]) -> Option<&Seen> {
+    pub fn at(&self, [x, y]: Pixel) -> Option<&Entry> {
         let index = (x < self.size[0]).then_some(y as usize * self.size[0] as usize + x as usize)?;
-        let place = self.values.get(index)?.checked_sub(1)?;
-        self.seen.get(usize::from(place))
+        self.entries.of(*self.values.get(index)?)
     }
 
-    /// The colours of its values: objects have one of their own, other pixels a pale one of their class; hidden classes
-    /// have none.
-    pub fn palette(&self, classes: &Palette) -> Arc<Palette> {
-        Palette::listing(self.seen.iter().map(|seen| seen.color(classes)))
+    /// What the frame shows, with the number of its pixels.
+    pub fn seen(&self) -> impl Iterator<Item = (&Entry, u32)> {
+        let seen = self.seen.iter();
+        seen.filter_map(|(&value, &(pixels, ..))| Some((self.entries.of(value)?, pixels)))
+    }
+
+    /// Writes the name of each object well inside of it, below any of these pixels; the number where there is no room for
+    /// that, and nothing where there is none for a number.
+    pub fn paint_names(&self, painter: &Painter, placement: Placement, classes: &Palette, marks: &[Pixel]) {
+        for (&value, &(_, pixel, depth)) in &self.seen {
+            let entry = self.entries.of(value).filter(|entry| entry.color(classes)[3] > 0);
+            let Some(object) = entry.and_then(|entry| entry.object.as_ref()) else {
+                continue;
+            };
+            // A square of pixels that are all its own.
+            let room = (2 * depth - 1) as f32 * placement.zoom;
+            let words = [object.name.clone(), object.id.number().to_string()];
+            let written = words.into_iter().find_map(|words| {
+                let galley = painter.layout_no_wrap(words, FontId::proportional(NAME), Color32::WHITE);
+                let fits = galley.size().y <= room && galley.size().x <= WIDER * room;
+                fits.then_some(galley)
+            });
+            if let Some(galley) = written {
+                let center = placement.pixel_center(pixel);
+                let mut rect = Align2::CENTER_CENTER.anchor_size(center, galley.size());
+                let marks = marks.iter().map(|&mark| placement.pixel_center(mark));
+                let mut hidden = marks.filter(|mark| rect.expand(MARK).contains(*mark));
+                if let Some(mark) = hidden.next() {
+                    rect = rect.translate(vec2(0.0, mark.y + MARK + AROUND.y - rect.top()));
+                }
+                painter.rect_filled(rect.expand2(AROUND), 4, Color32::from_black_alpha(190));
+                painter.galley(rect.min, galley, Color32::WHITE);
+            }
+        }
     }
 }
 
-impl Seen {
+impl Entry {
     /// RGBA, where these are the colours of the classes.
     pub fn color(&self, classes: &Palette) -> [u8; 4] {
         let [r, g, b, opacity] = classes.class(self.class);
@@ -175,37 +321,61 @@ impl Seen {
     }
 }
 
+/// An object for people: its name, and its class where the name does not tell it.
+pub fn object_words(class: &str, object: &Object) -> String {
+    if object.name.contains(class) {
+        return object.name.clone();
+    }
+    format!("{} ({class})", object.name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use inplace_core::labels::Class;
 
     #[test]
     fn what_belongs_to_no_object_is_pale_and_hidden_classes_are_not_shown() {
-        let labels = vec![0, 2, 2, 1];
-        let map = FrameMap::new(0, 1, [2, 2], labels, vec![0; 4]).unwrap();
-        let plane = ObjectPlane::new(&Versioned::new(Arc::new(map)), None);
+        let map = FrameMap::new(0, 1, [2, 2], vec![0, 2, 2, 1], vec![0; 4]).unwrap();
+        let classes = vec![Class::new(1, "floor"), Class::new(2, "chair")];
+        let labels = LabelSet {
+            classes: classes.clone(),
+            ..LabelSet::default()
+        };
+        let question = Question {
+            map: Versioned::new(Arc::new(map)),
+            labels: labels.clone(),
+        };
+        let plane = ObjectPlane::new(&question, None);
         assert_eq!(&plane.values[..], [0, 2, 2, 1]);
-        let seen = |pixel| plane.at(pixel).map(|seen| (seen.class, seen.pixels));
+        let class = |pixel| plane.at(pixel).map(|entry| entry.class);
         assert_eq!(
-            [seen([0, 0]), seen([1, 0]), seen([1, 1]), seen([2, 0])],
-            [None, Some((2, 2)), Some((1, 1)), None]
+            [class([0, 0]), class([1, 0]), class([1, 1]), class([2, 0])],
+            [None, Some(2), Some(1), None]
         );
-        let classes = [Class::new(1, "floor"), Class::new(2, "chair")];
-        let colors = plane.palette(&Palette::hiding(&classes, &[2].into()));
+        let seen: Vec<_> = plane
+            .seen()
+            .map(|(entry, pixels)| (entry.class, pixels))
+            .collect();
+        assert_eq!(seen, [(1, 1), (2, 2)]);
+        let colors = plane.entries.palette(&Palette::hiding(&classes, &[2].into()));
         let spread = |[r, g, b, _]: [u8; 4]| r.max(g).max(b) - r.min(g).min(b);
         assert!(spread(colors.class(1)) < spread(Palette::new(&classes).class(1)));
         assert_eq!(
             (colors.class(1)[3], colors.class(2)[3], colors.class(0)),
             (255, 0, [0; 4])
         );
-        let chair = Seen {
-            object: ObjectId::new(7).map(|id| Object {
-                id,
-                class: 1,
-                name: String::new(),
-            }),
-            ..plane.seen[0].clone()
+        let chair = Object {
+            id: ObjectId::new(7).unwrap(),
+            class: 2,
+            name: String::new(),
         };
-        assert_eq!(chair.color(&Palette::new(&classes))[..3], default_color(7));
+        let entries = Entries::new(&labels, [&chair].into_iter());
+        let values = [(2, 7), (2, 0), (1, 9), (0, 0)].map(|(class, number)| entries.value(class, number));
+        assert_eq!(values, [3, 2, 1, 0]);
+        assert_eq!(
+            entries.palette(&Palette::new(&classes)).class(3)[..3],
+            default_color(7)
+        );
     }
 }

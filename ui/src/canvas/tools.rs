@@ -22,6 +22,8 @@ const DOUBLE_CLICK: (f64, f32) = (0.35, 6.0);
 pub enum Outcome {
     /// This line is complete.
     Finished(DrawnLine),
+    /// This line is complete, and on an object of its own.
+    FinishedObject(DrawnLine),
     /// A stroke was pointed at, or no stroke: the image position (the centre of pixel 0 is 0.5), which may be
     /// outside the image.
     Picked(Pos2),
@@ -61,6 +63,8 @@ impl CanvasPlace {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gesture {
     line: Option<(PointerButton, DrawnLine)>,
+    /// Whether the line is on an object of its own.
+    on_object: bool,
     /// The panning button and where the pointer was last.
     pan: Option<(PointerButton, Pos2)>,
     draft: Option<Draft>,
@@ -190,6 +194,7 @@ impl Gesture {
             if points.last() != Some(&pixel) {
                 points.push(pixel);
             }
+            self.on_object = tool == Tool::Brush && modifiers.command;
             self.line = Some((button, DrawnLine { tool, points }));
         }
         None
@@ -246,7 +251,10 @@ impl Gesture {
         if self.line.as_ref().is_some_and(|(drawing, _)| *drawing == button) {
             let (_, mut line) = self.line.take()?;
             extend(&mut line, view, around, pos);
-            return Some(Outcome::Finished(line));
+            return Some(match self.on_object {
+                true => Outcome::FinishedObject(line),
+                false => Outcome::Finished(line),
+            });
         }
         if button == PointerButton::Primary
             && let Some(draft) = &mut self.draft

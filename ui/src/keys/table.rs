@@ -76,6 +76,7 @@ table! {
     NEW_OBJECT "New object" [key("O")]
         "Say with the next strokes that they are on a new object of the class, until a class is chosen"
         => Command::SayNewObject;
+    "Ctrl+click, Ctrl+drag" => "Label a new object of the class with this one stroke";
     "Alt+Up and Alt+Down" => "Move the class that has the focus in the list";
     LABEL_OUTLINED "Label what is outlined" [key("R")]
         "Label what is outlined at the pointer, but for its rim, as one stroke"

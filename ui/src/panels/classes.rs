@@ -1,11 +1,12 @@
-//! The class list: choose, add, find, order, rename, recolour, merge, delete, lock, hide.
+//! The class list: choose, add, find, order, rename, recolour, merge, delete, lock, hide; with the objects of the classes.
 
 mod color;
 mod menu;
+mod objects;
 mod row;
 
 use egui::{Key, Rect, ScrollArea, Ui, vec2};
-use inplace_core::labels::{Class, ClassId, PALETTES, VOID};
+use inplace_core::labels::{Class, ClassId, ObjectId, PALETTES, VOID};
 use inplace_model::dialogs::{AddClasses, Dialog};
 use inplace_model::palette::VOID_COLOR;
 use inplace_model::workspace::Workspace;
@@ -13,6 +14,7 @@ use inplace_model::{Command, Commands};
 
 use crate::theme;
 use crate::widgets::{Icon, empty_state, heading, icon_button, scroll_to, text_line};
+use objects::Listed;
 use row::{ROW, Row};
 
 /// So many classes have a field to search in them.
@@ -23,9 +25,27 @@ const SEARCH_FROM: usize = 10;
 pub struct ClassPanel {
     new_name: String,
     search: String,
-    renaming: Option<(ClassId, String)>,
+    renaming: Option<(Named, String)>,
     /// The class that was chosen when the list was drawn last, to bring another one into view.
     chosen: Option<ClassId>,
+}
+
+/// What can have another name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Named {
+    Class(ClassId),
+    Object(ObjectId),
+}
+
+/// A line of the list.
+enum Line<'a> {
+    /// The class with this index.
+    Class(usize),
+    /// An object of the class with this index.
+    Object(usize, Listed<'a>),
+    /// There is none of an unfolded class.
+    NoObject,
+    Void,
 }
 
 impl ClassPanel {
@@ -47,29 +67,39 @@ impl ClassPanel {
             empty_state(ui, "No class has this in its name.");
         }
         ui.spacing_mut().item_spacing.y = 2.0;
+        let lines = lines(workspace, &found);
         let chosen = workspace.class;
         let moved_to = chosen.filter(|_| self.chosen != chosen).map(|chosen| {
-            let line = found.iter().position(|&index| classes[index].id == chosen);
-            line.unwrap_or(found.len())
+            let is_chosen = |line: &Line<'_>| match line {
+                Line::Class(index) => classes[*index].id == chosen,
+                _ => false,
+            };
+            lines.iter().position(is_chosen).unwrap_or(lines.len() - 1)
         });
         self.chosen = chosen;
-        // Void is the line after the last.
         ScrollArea::vertical()
             .auto_shrink([false, true])
-            .show_rows(ui, ROW, found.len() + 1, |ui, range| {
+            .show_rows(ui, ROW, lines.len(), |ui, range| {
                 if let Some(line) = moved_to {
                     let step = ROW + ui.spacing().item_spacing.y;
                     let top = ui.max_rect().top() + (line as f32 - range.start as f32) * step;
                     let place = Rect::from_x_y_ranges(ui.max_rect().x_range(), top..=top + ROW);
                     scroll_to(ui, place);
                 }
-                for line in range {
-                    match found.get(line) {
-                        Some(&index) => {
+                for line in &lines[range] {
+                    match *line {
+                        Line::Class(index) => {
                             let class = &classes[index];
                             ui.push_id(class.id, |ui| self.row(ui, workspace, index, class, commands));
                         }
-                        None => void_row(ui, workspace, commands),
+                        Line::Object(index, own) => {
+                            let (class, id) = (&classes[index], own.0.id);
+                            ui.push_id(("object", id.number()), |ui| {
+                                self.object_row(ui, workspace, (class, own), commands);
+                            });
+                        }
+                        Line::NoObject => objects::none(ui, workspace.followed.is_none()),
+                        Line::Void => void_row(ui, workspace, commands),
                     }
                 }
             });
@@ -129,12 +159,8 @@ impl ClassPanel {
         class: &Class,
         commands: &mut Commands,
     ) {
-        if let Some((id, name)) = &mut self.renaming
-            && *id == class.id
-        {
-            if rename_field(ui, class, name, commands) {
-                self.renaming = None;
-            }
+        if let Some(renamed) = self.rename_field(ui, Named::Class(class.id), &class.name) {
+            commands.extend(renamed.map(|name| Command::RenameClass(class.id, name)));
             return;
         }
         let row = Row {
@@ -146,10 +172,12 @@ impl ClassPanel {
             chosen: workspace.class == Some(class.id),
             said: workspace
                 .said()
-                .filter(|said| said.class == class.id)
+                .filter(|said| said.class == class.id && !lists(workspace, class, said.id))
                 .map(|said| said.name.as_str()),
             locked: workspace.is_locked(class.id),
             hidden: workspace.is_hidden(class.id),
+            unfolded: can_have_objects(workspace, class)
+                .then(|| workspace.class_view.unfolded.contains(&class.id)),
         };
         let (response, parts) = row.show(ui, commands);
         let mut rename = response.double_clicked();
@@ -164,9 +192,75 @@ impl ClassPanel {
             // Refused with the reason.
             commands.push(Command::RenameClass(class.id, class.name.clone()));
         } else if rename {
-            self.renaming = Some((class.id, class.name.clone()));
+            self.renaming = Some((Named::Class(class.id), class.name.clone()));
         }
     }
+
+    fn object_row(
+        &mut self,
+        ui: &mut Ui,
+        workspace: &Workspace,
+        (class, own): (&Class, Listed<'_>),
+        commands: &mut Commands,
+    ) {
+        let (object, _) = own;
+        if let Some(renamed) = self.rename_field(ui, Named::Object(object.id), &object.name) {
+            commands.extend(renamed.map(|name| Command::RenameObject(object.id, name)));
+        } else if objects::show(ui, workspace, (class, own), commands) {
+            self.renaming = Some((Named::Object(object.id), object.name.clone()));
+        }
+    }
+
+    /// A text field in place of the line, if that is being renamed; with its new name, once it has one.
+    fn rename_field(&mut self, ui: &mut Ui, named: Named, before: &str) -> Option<Option<String>> {
+        let (_, name) = self.renaming.as_mut().filter(|(renamed, _)| *renamed == named)?;
+        let field = egui::TextEdit::singleline(name)
+            .margin(vec2(8.0, 6.0))
+            .min_size(vec2(0.0, ROW))
+            .desired_width(f32::INFINITY);
+        let response = ui.add(field).accessible_name(format!("Rename {before}"));
+        if response.lost_focus() {
+            let cancelled = ui.input(|input| input.key_pressed(Key::Escape));
+            let name = name.trim().to_owned();
+            self.renaming = None;
+            return Some(Some(name).filter(|name| !cancelled && !name.is_empty() && name != before));
+        }
+        if !response.has_focus() {
+            response.request_focus();
+        }
+        Some(None)
+    }
+}
+
+/// The lines of these classes, by their indices, with the objects of those that are unfolded; void is the last.
+fn lines<'a>(workspace: &'a Workspace, found: &[usize]) -> Vec<Line<'a>> {
+    let classes = workspace.document.classes();
+    let mut lines = Vec::new();
+    for &index in found {
+        let class = &classes[index];
+        lines.push(Line::Class(index));
+        if can_have_objects(workspace, class) && workspace.class_view.unfolded.contains(&class.id) {
+            let objects = workspace.objects_of(class.id);
+            if objects.is_empty() {
+                lines.push(Line::NoObject);
+            }
+            lines.extend(objects.into_iter().map(|own| Line::Object(index, own)));
+        }
+    }
+    lines.push(Line::Void);
+    lines
+}
+
+/// Whether an object has a line of its own.
+fn lists(workspace: &Workspace, class: &Class, object: ObjectId) -> bool {
+    let objects = workspace.objects_of(class.id);
+    workspace.class_view.unfolded.contains(&class.id) && objects.iter().any(|(own, _)| own.id == object)
+}
+
+/// Whether a class can have objects to list: it is one of things, and something is labelled so.
+fn can_have_objects(workspace: &Workspace, class: &Class) -> bool {
+    let document = &workspace.document;
+    class.thing && (document.strokes_of_class(class.id) > 0 || document.labels().imported.is_some())
 }
 
 /// What to start from where there is no class yet.
@@ -209,28 +303,8 @@ fn void_row(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         said: None,
         locked: false,
         hidden: false,
+        unfolded: None,
     };
     let (response, _) = row.show(ui, commands);
     response.on_hover_text("Nothing here: not trained on, and exported as 0");
-}
-
-/// A text field in place of the row; returns whether renaming is over.
-fn rename_field(ui: &mut Ui, class: &Class, name: &mut String, commands: &mut Commands) -> bool {
-    let field = egui::TextEdit::singleline(name)
-        .margin(vec2(8.0, 6.0))
-        .min_size(vec2(0.0, ROW))
-        .desired_width(f32::INFINITY);
-    let response = ui.add(field).accessible_name(format!("Rename {}", class.name));
-    if response.lost_focus() {
-        let cancelled = ui.input(|input| input.key_pressed(Key::Escape));
-        let trimmed = name.trim();
-        if !cancelled && !trimmed.is_empty() && trimmed != class.name {
-            commands.push(Command::RenameClass(class.id, trimmed.to_owned()));
-        }
-        return true;
-    }
-    if !response.has_focus() {
-        response.request_focus();
-    }
-    false
 }

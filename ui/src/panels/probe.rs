@@ -6,7 +6,7 @@ use inplace_core::session::PixelAnswer;
 use inplace_model::palette::VOID_COLOR;
 use inplace_model::workspace::Workspace;
 
-use crate::canvas::FrameView;
+use crate::canvas::{FrameView, object_words};
 use crate::numbers;
 use crate::theme;
 use crate::widgets::{line_of_text, swatch};
@@ -124,7 +124,7 @@ impl Reading {
             let object = seen.filter(|seen| seen.class == id);
             let object = object.and_then(|seen| seen.object.as_ref());
             Some(Named {
-                name: object.map_or(&class.name, |object| &object.name).clone(),
+                name: object.map_or_else(|| class.name.clone(), |object| object_words(&class.name, object)),
                 color: class.color,
                 probability,
             })

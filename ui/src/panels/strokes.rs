@@ -74,10 +74,12 @@ fn found(workspace: &Workspace, filter: &Filter, frame: Option<usize>) -> Vec<St
     let frames = &workspace.scene.frames;
     let named = |stroke: &Stroke| {
         let class = workspace.document.name_and_color(stroke.class).0.to_lowercase();
+        let said = workspace.document.name_said(stroke).to_lowercase();
         let frame = frames.get(stroke.frame).map(|frame| frame.stem.to_lowercase());
         let kind = stroke.kind().name();
         words.iter().all(|word| {
             class.contains(word)
+                || said.contains(word)
                 || frame.as_ref().is_some_and(|frame| frame.contains(word))
                 || kind.starts_with(word)
         })
@@ -165,7 +167,7 @@ impl StrokePanel {
         let field = text_line(&mut self.filter.text, "Find strokes", f32::INFINITY);
         ui.add(field)
             .accessible_name("Find strokes")
-            .on_hover_text("Part of a class's or frame's name, or click, scribble, polygon");
+            .on_hover_text("Part of the name of a class, an object or a frame, or click, scribble, polygon");
         ui.horizontal(|ui| {
             let name = |class| workspace.document.name_and_color(class).0;
             let check = 96.0;
@@ -285,10 +287,11 @@ impl StrokePanel {
             return false;
         };
         let pixels = self.pixels_of(workspace, id, stroke);
-        let (class, color) = workspace.document.name_and_color(stroke.class);
+        let (_, color) = workspace.document.name_and_color(stroke.class);
+        let said = workspace.document.name_said(stroke);
         let frame = workspace.scene.frames.get(stroke.frame);
         let frame = frame.map_or("", |frame| &frame.stem);
-        let words = in_words(class, stroke.kind(), pixels, frame);
+        let words = in_words(said, stroke.kind(), pixels, frame);
         let chosen = workspace.selected == Some(id);
         let response = ui.interact(rect, ui.scope_id().with(("stroke", id)), Sense::CLICK);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, chosen, &words));
@@ -319,7 +322,7 @@ impl StrokePanel {
         } else {
             visuals.text_color()
         };
-        line_of_text(ui, line(4.0, 22.0), class, 14.0, strong);
+        line_of_text(ui, line(4.0, 22.0), said, 14.0, strong);
         let details = format!("{}, {pixels} px, {frame}", stroke.kind().name());
         line_of_text(ui, line(22.0, 38.0), &details, 12.0, visuals.weak_text_color());
         let clicked = response.clicked();

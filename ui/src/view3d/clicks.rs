@@ -1,10 +1,11 @@
-//! Clicks on the 3D view, and what becomes of them when it is known what they met.
+//! Clicks on the 3D view, and objects under the pointer: what becomes of them when it is known what is met.
 
 use std::sync::Arc;
 
-use egui::{PointerButton, Response, Ui};
+use egui::{PointerButton, Pos2, Response, Ui};
 
 use inplace_core::labels::{ClassId, Stroke};
+use inplace_core::semantics::CERTAIN;
 use inplace_model::space::OrbitCamera;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
@@ -15,9 +16,20 @@ use super::controls::Notice;
 use super::overlay::Mark;
 use super::pick::{Hit, Purpose, Question};
 use super::{Click, View3d};
+use crate::canvas::{SceneObjects, object_words};
+use crate::numbers;
 
 /// How far beside a splat a click may be, in points.
 const SLACK: f32 = 3.0;
+/// Seconds for which the pointer rests before it is told what lies under it.
+const TOLD_AFTER: f32 = 0.12;
+
+/// What the pointer rests on.
+pub(super) struct Told {
+    position: Pos2,
+    /// The object or class with its probability; `None` until it is known, and where there is none.
+    words: Option<String>,
+}
 
 impl View3d {
     /// A click on a mark goes there, one on the surface labels it, a double click turns around that place.
@@ -43,6 +55,24 @@ impl View3d {
             see_through: workspace.space.see_through,
             purpose,
         };
+        let free = response
+            .hover_pos()
+            .filter(|_| prepared.objects.is_some() && pointed.is_none() && !response.dragged());
+        self.told = self.told.take().filter(|told| Some(told.position) == free);
+        if let Some(position) = free.filter(|_| self.told.is_none()) {
+            if ui.input(|input| input.pointer.is_still()) {
+                self.picker.ask(ask(sight.ray(position), slack, Purpose::Tell));
+                self.told = Some(Told {
+                    position,
+                    words: None,
+                });
+            } else {
+                ui.ctx().request_repaint_after_secs(TOLD_AFTER);
+            }
+        }
+        if let Some(words) = self.told.as_ref().and_then(|told| told.words.as_ref()) {
+            response.clone().on_hover_text_at_pointer(words);
+        }
         if let Some(position) = response.interact_pointer_pos() {
             if response.double_clicked_by(PointerButton::Primary) {
                 self.click = None;
@@ -79,7 +109,7 @@ impl View3d {
         &mut self,
         ui: &Ui,
         camera: &OrbitCamera,
-        workspace: &Workspace,
+        (workspace, prepared): (&Workspace, &Prepared),
         now: f64,
         commands: &mut Commands,
     ) {
@@ -92,6 +122,13 @@ impl View3d {
                     self.turn_to(ui, camera, hit.position, now);
                 }
                 (Purpose::Pivot, None) => {}
+                (Purpose::Tell, hit) => {
+                    let words = hit.zip(prepared.objects.as_ref());
+                    let words = words.and_then(|(hit, objects)| told(workspace, objects, hit.node));
+                    if let Some(told) = &mut self.told {
+                        told.words = words;
+                    }
+                }
                 (Purpose::Label, hit) => {
                     self.asked = None;
                     self.label(hit, workspace, now, commands);
@@ -111,7 +148,9 @@ impl View3d {
             };
             if let Some(class) = workspace.class.filter(taken) {
                 let stem = workspace.scene.frames.get(frame).map(|frame| frame.stem.as_str());
+                let said = workspace.said().filter(|said| said.class == class);
                 let (name, _) = workspace.document.name_and_color(class);
+                let name = said.map_or(name, |said| &said.name);
                 let words = format!("{name}, on frame {}", stem.unwrap_or_default());
                 self.notice = Some(Notice::new(words, Some((frame, pixel, class)), now));
             }
@@ -124,4 +163,17 @@ impl View3d {
             self.notice = Some(Notice::new(words.to_owned(), None, now));
         }
     }
+}
+
+/// The object or class that a node shows, with its probability; `None` where it has no class.
+fn told(workspace: &Workspace, objects: &SceneObjects, node: u32) -> Option<String> {
+    let entry = objects.entries.of(objects.value(node))?;
+    let (class, _) = workspace.document.name_and_color(entry.class);
+    let name = match &entry.object {
+        Some(object) => object_words(class, object),
+        None => class.to_owned(),
+    };
+    let likely = objects.posterior.confidence.get(node as usize);
+    let likely = likely.map(|&steps| numbers::probability(f32::from(steps) / f32::from(CERTAIN)));
+    Some([likely.unwrap_or_default(), name].join(" "))
 }

@@ -10,6 +10,7 @@ use inplace_model::versioned::Version;
 use inplace_model::workspace::LabelledSurface;
 
 use crate::background::{Background, Desk, Gone};
+use crate::canvas::SceneObjects;
 
 /// Share of the nodes on each side of each axis that the ball around the surface may leave out.
 const OUTLIERS: f32 = 0.005;
@@ -56,7 +57,7 @@ pub struct Cloud {
 pub struct Values {
     /// No others of this window have it.
     pub version: Version,
-    /// Class in the lower 16 bits, entropy in the upper ones, as in
+    /// Class, or value of the layer of objects, in the lower 16 bits, entropy in the upper ones, as in
     /// [`FrameMap`](inplace_core::session::FrameMap); in the order of the splats.
     pub values: Vec<u32>,
 }
@@ -70,6 +71,8 @@ pub struct Prepared {
     pub values: Arc<Values>,
     /// What both were made of.
     pub surface: LabelledSurface,
+    /// The objects that the values tell, if they do.
+    pub objects: Option<Arc<SceneObjects>>,
 }
 
 impl Cloud {
@@ -91,11 +94,12 @@ impl Cloud {
 }
 
 impl Values {
-    /// What a posterior of the cloud's surface says.
-    pub fn new(cloud: &Cloud, posterior: &Posterior) -> Self {
+    /// What a posterior of the cloud's surface says, or the objects on it.
+    pub fn new(cloud: &Cloud, posterior: &Posterior, objects: Option<&SceneObjects>) -> Self {
         let value = |&node: &u32| {
             let of = |values: &[u16]| u32::from(values.get(node as usize).copied().unwrap_or(0));
-            of(&posterior.labels) | of(&posterior.entropy) << 16
+            let label = objects.map_or_else(|| of(&posterior.labels), |objects| objects.value(node).into());
+            label | of(&posterior.entropy) << 16
         };
         Self {
             version: Version::new(),
@@ -143,10 +147,24 @@ fn ball(splats: &[Splat]) -> Ball {
     }
 }
 
+/// A surface, and the objects on it where those are to be told apart.
+#[derive(Clone, Debug)]
+pub struct Question {
+    surface: LabelledSurface,
+    objects: Option<Arc<SceneObjects>>,
+}
+
+impl Question {
+    fn is(&self, other: &Self) -> bool {
+        let objects = |question: &Self| question.objects.as_ref().map(Arc::as_ptr);
+        self.surface.is(&other.surface) && objects(self) == objects(other)
+    }
+}
+
 /// Prepares surfaces on a thread; the newest wins.
 pub struct Preparer {
-    thread: Background<LabelledSurface, Prepared>,
-    asked: Option<LabelledSurface>,
+    thread: Background<Question, Prepared>,
+    asked: Option<Question>,
     newest: Option<Prepared>,
 }
 
@@ -160,8 +178,13 @@ impl Preparer {
         }
     }
 
-    /// The newest that is ready; asks for this surface if it has not been asked for. Keeps nothing without one.
-    pub fn get(&mut self, surface: Option<&LabelledSurface>) -> Option<&Prepared> {
+    /// The newest that is ready; asks for this surface if it has not been asked for. With objects it is the surface that
+    /// they were found on. Keeps nothing without one.
+    pub fn get(
+        &mut self,
+        surface: Option<&LabelledSurface>,
+        objects: Option<&Arc<SceneObjects>>,
+    ) -> Option<&Prepared> {
         let made = self.thread.newest();
         let Some(surface) = surface else {
             self.asked = None;
@@ -171,29 +194,38 @@ impl Preparer {
         if made.is_some() {
             self.newest = made;
         }
-        if !self.asked.as_ref().is_some_and(|asked| asked.is(surface)) {
-            self.asked = Some(surface.clone());
-            self.thread.ask(surface.clone());
+        let own = |objects: &Arc<SceneObjects>| LabelledSurface {
+            scene: surface.scene,
+            surface: Arc::clone(&objects.surface),
+            posterior: Arc::clone(&objects.posterior),
+        };
+        let question = Question {
+            surface: objects.map_or_else(|| surface.clone(), own),
+            objects: objects.cloned(),
+        };
+        if !self.asked.as_ref().is_some_and(|asked| asked.is(&question)) {
+            self.asked = Some(question.clone());
+            self.thread.ask(question);
         }
         self.newest.as_ref()
     }
 }
 
-fn prepare(desk: &Desk<LabelledSurface, Prepared>) -> Result<(), Gone> {
+fn prepare(desk: &Desk<Question, Prepared>) -> Result<(), Gone> {
     // Only the window holds it: a scene that is closed takes no memory.
     let mut last: Weak<Cloud> = Weak::new();
     loop {
-        let labelled = desk.newest()?;
+        let Question { surface, objects } = desk.newest()?;
         let cloud = match last.upgrade() {
-            Some(cloud) if Arc::ptr_eq(&cloud.surface, &labelled.surface) => cloud,
-            _ => Arc::new(Cloud::new(&labelled.surface)),
+            Some(cloud) if Arc::ptr_eq(&cloud.surface, &surface.surface) => cloud,
+            _ => Arc::new(Cloud::new(&surface.surface)),
         };
         last = Arc::downgrade(&cloud);
-        let values = Arc::new(Values::new(&cloud, &labelled.posterior));
         desk.tell(Prepared {
+            values: Arc::new(Values::new(&cloud, &surface.posterior, objects.as_deref())),
             cloud,
-            values,
-            surface: labelled,
+            surface,
+            objects,
         })?;
     }
 }
@@ -250,7 +282,7 @@ pub(super) mod tests {
             entropy: (0..10).map(|node| 100 * node).collect(),
             ..Posterior::default()
         };
-        let values = Values::new(&cloud, &posterior);
+        let values = Values::new(&cloud, &posterior, None);
         for (value, &node) in values.values.iter().zip(&cloud.nodes) {
             assert_eq!((value & 0xffff, value >> 16), (node, 100 * node));
         }
@@ -272,7 +304,7 @@ pub(super) mod tests {
         let until_ready = |preparer: &mut Preparer, wanted: &LabelledSurface| {
             let start = std::time::Instant::now();
             loop {
-                let ready = preparer.get(Some(wanted));
+                let ready = preparer.get(Some(wanted), None);
                 if let Some(ready) = ready.filter(|ready| ready.surface.is(wanted)) {
                     return ready.clone();
                 }
@@ -282,11 +314,11 @@ pub(super) mod tests {
         };
         let first = until_ready(&mut preparer, &labelled(1));
         let (second, third) = (labelled(2), labelled(3));
-        preparer.get(Some(&second));
+        preparer.get(Some(&second), None);
         let last = until_ready(&mut preparer, &third);
         assert!(Arc::ptr_eq(&first.cloud, &last.cloud));
         assert_eq!(last.values.values, [3; 25]);
         assert_ne!(first.values.version, last.values.version);
-        assert!(preparer.get(None).is_none());
+        assert!(preparer.get(None, None).is_none());
     }
 }

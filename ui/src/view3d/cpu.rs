@@ -59,7 +59,7 @@ fn faces_away(splat: &Splat, eye: Vec3) -> bool {
 
 fn colored(splat: &Splat, value: u32, look: SplatLook, palette: &Palette) -> [u8; 3] {
     let over = match look.layer {
-        Layer::Labels => palette.class((value & 0xffff) as u16),
+        Layer::Labels | Layer::Objects => palette.class((value & 0xffff) as u16),
         Layer::Entropy => palette.value(Table::Entropy, column(value >> 16, palette)),
         _ => [0; 4],
     };

@@ -273,7 +273,7 @@ impl Draw {
             opacity: self.look.opacity,
             entropy_scale: palette.entropy_scale(),
             layer: match self.look.layer {
-                Layer::Labels => 1,
+                Layer::Labels | Layer::Objects => 1,
                 Layer::Entropy => 2,
                 _ => 0,
             },

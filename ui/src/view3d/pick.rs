@@ -24,14 +24,18 @@ pub enum Purpose {
     Label,
     /// To turn around it.
     Pivot,
+    /// To tell what it is.
+    Tell,
 }
 
 /// A place of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
+    /// The node of the surface.
+    pub node: u32,
     /// Where it is, in metres.
     pub position: Vec3,
-    /// The frame that shows it best, and the pixel there.
+    /// The frame that shows it best, and the pixel there, where it is to be labelled.
     pub seen: Option<(usize, Pixel)>,
 }
 
@@ -68,8 +72,12 @@ impl Question {
     fn answer(&self) -> Picked {
         let node = pick(&self.cloud, self.ray, self.slack, self.see_through);
         let hit = node.map(|node| Hit {
+            node,
             position: self.cloud.surface.graph.nodes()[node as usize].position,
-            seen: best_view(&self.scene, &self.cloud.surface, node),
+            seen: match self.purpose {
+                Purpose::Label => best_view(&self.scene, &self.cloud.surface, node),
+                Purpose::Pivot | Purpose::Tell => None,
+            },
         });
         Picked {
             scene: self.serial,

@@ -10,7 +10,7 @@ struct Splats {
     least: f32,
     opacity: f32,
     entropy_scale: f32,
-    // 0 colour, 1 labels, 2 entropy.
+    // 0 colour, 1 labels or objects, 2 entropy.
     layer: u32,
     // Rows of the palette that hold classes.
     class_rows: u32,
@@ -28,7 +28,7 @@ struct Splat {
     @location(1) voxel: f32,
     @location(2) color: vec4<f32>,
     @location(3) normal: vec4<f32>,
-    // Class in the lower 16 bits, entropy in the upper ones.
+    // Class, or value of an object, in the lower 16 bits, entropy in the upper ones.
     @location(4) value: u32,
 }
 

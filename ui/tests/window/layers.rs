@@ -56,9 +56,10 @@ fn the_layer_of_objects_shows_every_thing_and_the_strip_names_it() {
     window.sees_part("100% chair 1;");
     let palette = window.workspace().document.palette();
     let content = window.frame().content(Layer::Objects, palette).unwrap();
-    assert!(content.over.unwrap().texels.values().contains(&1));
+    // After the only class.
+    assert!(content.over.unwrap().texels.values().contains(&2));
     let [r, g, b] = default_color(1);
-    assert_eq!(content.palette.class(1), [r, g, b, 255]);
+    assert_eq!(content.palette.class(2), [r, g, b, 255]);
     // On another frame before its map is there.
     window.key(Key::D);
     window.sees("Objects: No labels to show yet");

@@ -13,6 +13,7 @@ mod images;
 mod labelling;
 mod layers;
 mod names;
+mod objects;
 mod opening;
 mod order;
 mod pictures;

@@ -11,6 +11,9 @@ use crate::widgets::{Icon, focus_ring, key_cap, line_of_text, swatch};
 /// Height of a line, in points.
 pub(super) const ROW: f32 = 32.0;
 
+/// Where the middle of the colour is, from the left end of the line.
+pub(super) const SWATCH_MIDDLE: f32 = 30.0;
+
 /// Width of the padlock and of the eye.
 const MARK: f32 = 20.0;
 
@@ -27,6 +30,8 @@ pub(super) struct Row<'a> {
     pub said: Option<&'a str>,
     pub locked: bool,
     pub hidden: bool,
+    /// Whether its objects are listed below it; `None` where it can have none.
+    pub unfolded: Option<bool>,
 }
 
 /// Where the parts of a line lie.
@@ -36,6 +41,7 @@ pub(super) struct Parts {
     digit: Rect,
     lock: Rect,
     eye: Rect,
+    fold: Rect,
 }
 
 impl Row<'_> {
@@ -77,7 +83,10 @@ impl Row<'_> {
             Rect::from_min_size(pos2(end, rect.top()), vec2(width, rect.height()))
         };
         Parts {
-            swatch: Rect::from_center_size(pos2(rect.left() + 18.0, middle), vec2(24.0, 24.0)),
+            swatch: Rect::from_center_size(pos2(rect.left() + SWATCH_MIDDLE, middle), vec2(24.0, 24.0)),
+            fold: rect
+                .with_min_x(rect.left() + 3.0)
+                .with_max_x(rect.left() + SWATCH_MIDDLE - 11.0),
             menu,
             digit: part(if self.slot.is_some() { 20.0 } else { 0.0 }),
             lock: part(if self.id == VOID { 0.0 } else { MARK }),
@@ -131,8 +140,23 @@ impl Row<'_> {
         }
     }
 
-    /// The padlock, and the eye of a hidden class.
+    /// The arrow that lists its objects, the padlock, and the eye of a hidden class.
     pub(super) fn buttons(&self, ui: &Ui, row: &egui::Response, parts: &Parts, commands: &mut Commands) {
+        if let Some(unfolded) = self.unfolded {
+            let (icon, does) = match unfolded {
+                true => (Icon::Unfolded, "Hide"),
+                false => (Icon::Folded, "List"),
+            };
+            if mark(
+                ui,
+                parts.fold,
+                icon,
+                &format!("{does} the objects of {}", self.name),
+                true,
+            ) {
+                commands.push(Command::UnfoldClass(self.id, !unfolded));
+            }
+        }
         let icon = if self.locked { Icon::Locked } else { Icon::Unlocked };
         let name = format!("{} {}", if self.locked { "Unlock" } else { "Lock" }, self.name);
         let near = self.locked || row.contains_pointer() || row.has_focus();

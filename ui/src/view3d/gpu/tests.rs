@@ -25,7 +25,7 @@ fn draw(above: bool, budget: usize, moving: bool) -> Draw {
         entropy: vec![0; surface.graph.len()],
         ..Posterior::default()
     });
-    let values = Arc::new(Values::new(&cloud, &posterior));
+    let values = Arc::new(Values::new(&cloud, &posterior, None));
     let pitch = if above { -1.5 } else { 1.5 };
     let direction = Direction { yaw: 0.0, pitch };
     let camera = OrbitCamera::fitted(cloud.ball, direction, Quat::IDENTITY);
@@ -41,6 +41,7 @@ fn draw(above: bool, budget: usize, moving: bool) -> Draw {
                 surface,
                 posterior,
             },
+            objects: None,
         },
         sight: Sight::new(
             &camera,

@@ -1,0 +1,197 @@
+//! The objects of a class: in the list, by the pointer, and through the project file.
+
+use egui::{Key, Modifiers, PointerButton};
+use inplace_core::labels::{FoundObject, Object, ObjectId, Stroke};
+use inplace_model::Command;
+use inplace_model::tool::{DrawnLine, Tool};
+use inplace_ui::Target;
+
+use crate::stand::*;
+
+fn id(number: u16) -> ObjectId {
+    ObjectId::new(number).unwrap()
+}
+
+fn draw(window: &mut Window, x: u32) {
+    let (tool, points) = (Tool::Brush, vec![[x, HEIGHT / 2]]);
+    window.act(Command::Draw(DrawnLine { tool, points }));
+}
+
+/// The objects that the strokes say, by their numbers.
+fn said(window: &Window) -> Vec<Option<u16>> {
+    let strokes = window.labels().strokes.values();
+    strokes
+        .map(|stroke| stroke.object.map(ObjectId::number))
+        .collect()
+}
+
+fn listed(window: &Window) -> Vec<String> {
+    let objects = window.labels().objects.iter();
+    objects.map(|object| object.name.clone()).collect()
+}
+
+/// The line of an object in the list.
+fn line(name: &str) -> String {
+    format!("{name}, object of chair, {FRAMES} frames")
+}
+
+/// The maps follow, and the objects on them are listed.
+fn follow(window: &mut Window, names: &[&str], gone: &str) {
+    window.spread();
+    let last = line(names[names.len() - 1]);
+    window.until_window("the objects are found", |window| {
+        window.shows(&last) && !window.shows(&line(gone))
+    });
+    for name in names {
+        window.sees(&line(name));
+    }
+}
+
+/// A chair at each end of a wall, with a stroke that names none, and floor between them.
+fn two_chairs(mut window: Window) -> Window {
+    for class in ["chair", "floor"] {
+        window.add_class(class);
+    }
+    window.key(Key::Escape);
+    for (class, x) in [(2, 32), (1, 8), (1, 56)] {
+        window.act(Command::ChooseClass(class));
+        draw(&mut window, x);
+    }
+    window.click("List the objects of chair");
+    follow(&mut window, &["chair 1", "chair 2"], "chair 3");
+    window
+}
+
+#[test]
+fn parts_of_a_class_are_named_merged_and_gone_on_with_and_undo_takes_each_back() {
+    let mut window = two_chairs(Window::demo());
+    let before = window.labels().clone();
+    // By the stroke that lies on it.
+    window.click_through(&["Actions for chair 1", "Rename"]);
+    window.replace_text("Rename chair 1", "stool");
+    assert_eq!(listed(&window), ["stool"]);
+    assert_eq!(said(&window).iter().flatten().count(), 1);
+    follow(&mut window, &["stool", "chair 2"], "chair 1");
+    let renamed = window.labels().clone();
+
+    window.click_through(&["Actions for chair 2", "Merge into", "stool"]);
+    let [floor, first, second] = said(&window)[..] else {
+        panic!("a stroke was added, though there is one on both");
+    };
+    assert!(floor.is_none() && first.is_some() && first == second);
+    follow(&mut window, &["stool"], "chair 2");
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.labels(), &renamed);
+    follow(&mut window, &["stool", "chair 1"], "chair 2");
+
+    // Gone on with, a part takes the stroke along that is on it.
+    window.click(&line("chair 1"));
+    assert_eq!(window.workspace().said().unwrap().name, "chair 1");
+    draw(&mut window, 60);
+    assert_eq!(listed(&window), ["stool", "chair 1"]);
+    assert_eq!(said(&window).iter().flatten().count(), 3);
+    // Deleted, it is still a chair, and its strokes are no more of it.
+    let chosen = window.workspace().said().unwrap().id;
+    window.act(Command::DeleteObject(chosen));
+    assert_eq!((listed(&window), window.strokes()), (vec!["stool".to_owned()], 4));
+    assert!(window.workspace().said().is_none());
+    for _ in 0..3 {
+        window.press(Modifiers::COMMAND, Key::Z);
+    }
+    assert_eq!(window.labels(), &before);
+}
+
+#[test]
+fn naming_a_part_keeps_those_apart_that_no_stroke_lies_on_and_is_undone_in_one_step() {
+    let mut window = two_chairs(Window::demo());
+    let before = window.labels().clone();
+    let mut found = window.workspace().found().to_vec();
+    found.push(FoundObject {
+        click: Some(Stroke::click(4, 1, [9, 9])),
+        ..FoundObject::from(Object {
+            id: id(3),
+            class: 1,
+            name: "chair 3".to_owned(),
+        })
+    });
+    window.act(Command::SeeObjects(found.into()));
+    window.act(Command::RenameObject(id(1), "stool".to_owned()));
+    let (_, newest) = window.labels().strokes.last_key_value().unwrap();
+    assert_eq!(**newest, Stroke::click(4, 1, [9, 9]));
+    assert_eq!((window.strokes(), listed(&window)), (4, vec!["stool".to_owned()]));
+    window.press(Modifiers::COMMAND, Key::Z);
+    assert_eq!(window.labels(), &before);
+}
+
+#[test]
+fn a_stroke_with_ctrl_is_on_a_new_object_and_what_was_said_before_goes_on() {
+    let mut window = two_chairs(Window::demo());
+    window.act(Command::ChooseObject(id(1)));
+    let place = window.canvas(0.0, 0.0);
+    for pressed in [true, false] {
+        window.harness.event(egui::Event::PointerMoved(place));
+        window.harness.event(egui::Event::PointerButton {
+            pos: place,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::COMMAND,
+        });
+    }
+    window.harness.run_steps(3);
+    assert_eq!(said(&window), [None, None, None, Some(3)]);
+    assert_eq!(window.workspace().said().map(|said| said.id), Some(id(1)));
+    // Of stuff there are none: nothing is drawn.
+    window.act(Command::ChooseClass(2));
+    let (tool, points) = (Tool::Brush, vec![[40, 8]]);
+    window.act(Command::DrawObject(DrawnLine { tool, points }));
+    window.says("\"floor\" is stuff");
+    assert_eq!(window.strokes(), 4);
+}
+
+#[test]
+fn an_object_is_gone_to_where_it_is_seen_best_and_a_lock_keeps_it_as_it_is() {
+    let mut window = two_chairs(Window::demo());
+    let (_, found) = window.workspace().objects_of(1)[1];
+    let best = found.unwrap().click.clone().unwrap().frame;
+    window.act(Command::GoToFrame((best + 1) % FRAMES));
+    window.click_through(&["Actions for chair 2", "Show in its best frame"]);
+    assert_eq!(window.frame_index(), best);
+    window.act(Command::SetClassLocked(1, true));
+    let before = window.labels().clone();
+    for change in [
+        Command::RenameObject(id(1), "stool".to_owned()),
+        Command::MergeObject(id(1), id(2)),
+        Command::DeleteObject(id(1)),
+    ] {
+        window.act(change);
+    }
+    assert_eq!(window.labels(), &before);
+    window.says("\"chair\" is locked");
+}
+
+#[test]
+fn objects_and_their_edits_are_in_the_project_when_it_is_opened_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = folder.path().join("chairs.inplace");
+    let mut states = Vec::new();
+    {
+        let mut window = two_chairs(Window::with_demo(folder.path()));
+        window.save_as(&project);
+        for edit in [
+            Command::RenameObject(id(2), "armchair".to_owned()),
+            Command::MergeObject(id(1), id(2)),
+            Command::DeleteObject(id(2)),
+        ] {
+            states.push(window.labels().clone());
+            window.act(edit);
+        }
+        states.push(window.labels().clone());
+        window.close();
+    }
+    let mut window = Window::opened(folder.path(), Target::Project(project));
+    window.sees("Hide the objects of chair");
+    for state in states.iter().rev() {
+        assert_eq!(window.labels(), state);
+        window.press(Modifiers::COMMAND, Key::Z);
+    }
+}
