@@ -107,8 +107,6 @@ impl Geodesics {
 pub struct ClassGeodesics {
     classes: BTreeMap<ClassId, Arc<Geodesics>>,
     seeds: FxHashMap<u32, Label>,
-    /// Whether any of them says an object.
-    tells_objects: bool,
 }
 
 impl ClassGeodesics {
@@ -120,11 +118,6 @@ impl ClassGeodesics {
     /// The distance field of each class that has labelled nodes.
     pub fn classes(&self) -> &BTreeMap<ClassId, Arc<Geodesics>> {
         &self.classes
-    }
-
-    /// Whether any labelled node says an object.
-    pub fn tells_objects(&self) -> bool {
-        self.tells_objects
     }
 
     /// The object of a node, if it is of this class: that of the class's nearest labelled node, where that says one.
@@ -171,7 +164,6 @@ impl ClassGeodesics {
             is_changed[node as usize] = true;
         }
         self.seeds = seeds;
-        self.tells_objects = self.seeds.values().any(|label| label.object.is_some());
         let present: std::collections::BTreeSet<ClassId> =
             self.seeds.values().map(|label| label.class).collect();
         self.classes.retain(|class, _| present.contains(class));

@@ -14,6 +14,9 @@ use crate::labels::{
 const JOINED: f32 = 2.5;
 /// A part of a class with fewer voxels than this share of the class's largest part is a fragment of the part next to it.
 const FRAGMENT: f32 = 0.1;
+/// A part with at least this share of the voxels of the class's largest part is an object of its own when labels say only
+/// others of the class.
+const WHOLE: f32 = 0.5;
 
 /// How far apart nodes of two surfaces may be that show the same, in voxels.
 const NEAR: f32 = 6.0;
@@ -41,11 +44,12 @@ pub struct SurfaceObjects {
 
 impl SurfaceObjects {
     /// The objects of the `classes` that are things: those of the list `told`, on the nodes that the posterior gives them,
-    /// and on the other nodes of each class its connected parts. A part keeps the number and name of the part in `before`
-    /// that has most of its nodes, so that both are stable while labels change; before must be of the same surface.
+    /// and on the other nodes of each class its connected parts. An object that labels say does not reach a large
+    /// part of its class without such a label. A part keeps the number and name of the part in `before` that has most of its nodes, so
+    /// that both are stable while labels change; before must be of the same surface.
     ///
     /// Connected are nodes of a class that share an edge which is not longer than between neighbours. Parts much smaller
-    /// than the class's largest are fragments: they belong to the nearest larger part.
+    /// than the class's largest are fragments: they belong to the nearest larger part, or to the object of the nearest label.
     pub fn new(
         surface: &Surface,
         posterior: &Posterior,
@@ -60,6 +64,16 @@ impl SurfaceObjects {
         let mut of_nodes = vec![None; surface.graph.len()];
         for (object, said) in of_nodes.iter_mut().zip(&posterior.objects) {
             *object = *said;
+        }
+        if !posterior.telling.is_empty() {
+            let is_thing = |node: u32| things.contains_key(&posterior.labels[node as usize]);
+            let tells = |node: &u32| posterior.telling.binary_search(node).is_ok();
+            for parts in components(surface, posterior, &is_thing).into_values() {
+                let (whole, _) = parts.split_at(smaller_from(&parts, WHOLE));
+                for part in whole.iter().filter(|part| !part.iter().any(tells)) {
+                    part.iter().for_each(|&node| of_nodes[node as usize] = None);
+                }
+            }
         }
         let is_free = |node: u32| {
             of_nodes[node as usize].is_none() && things.contains_key(&posterior.labels[node as usize])
@@ -297,17 +311,34 @@ struct Part {
 
 /// The parts of all classes on the free nodes, by class and then the largest first.
 fn parts(surface: &Surface, posterior: &Posterior, is_free: &dyn Fn(u32) -> bool) -> Vec<Part> {
+    let mut all = Vec::new();
+    for (class, mut parts) in components(surface, posterior, is_free) {
+        let fragments = parts.split_off(smaller_from(&parts, FRAGMENT));
+        if !fragments.is_empty() {
+            join_fragments(surface.graph.nodes(), &mut parts, fragments);
+        }
+        all.extend(parts.into_iter().map(|nodes| Part { class, nodes }));
+    }
+    all
+}
+
+/// The connected nodes of each class among those that count, the largest component first.
+fn components(
+    surface: &Surface,
+    posterior: &Posterior,
+    counts: &dyn Fn(u32) -> bool,
+) -> BTreeMap<ClassId, Vec<Vec<u32>>> {
     let (graph, labels) = (&surface.graph, &posterior.labels);
     let nodes = graph.nodes();
     let mut sets = DisjointSets::new(graph.len());
-    for node in (0..graph.len() as u32).filter(|&node| is_free(node)) {
+    for node in (0..graph.len() as u32).filter(|&node| counts(node)) {
         let own = &nodes[node as usize];
         for (other, _) in graph.edges(node) {
             let neighbour = &nodes[other as usize];
             let reach = JOINED * own.voxel.min(neighbour.voxel);
             if other < node
                 && labels[other as usize] == labels[node as usize]
-                && is_free(other)
+                && counts(other)
                 && own.position.distance(neighbour.position) <= reach
             {
                 sets.join(node, other);
@@ -315,25 +346,23 @@ fn parts(surface: &Surface, posterior: &Posterior, is_free: &dyn Fn(u32) -> bool
         }
     }
     let mut of_root: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
-    for node in (0..graph.len() as u32).filter(|&node| is_free(node)) {
+    for node in (0..graph.len() as u32).filter(|&node| counts(node)) {
         of_root.entry(sets.root(node)).or_default().push(node);
     }
     let mut of_class: BTreeMap<ClassId, Vec<Vec<u32>>> = BTreeMap::new();
     for part in of_root.into_values() {
         of_class.entry(labels[part[0] as usize]).or_default().push(part);
     }
-    let mut all = Vec::new();
-    for (class, mut parts) in of_class {
+    for parts in of_class.values_mut() {
         parts.sort_by_key(|part| (std::cmp::Reverse(part.len()), part[0]));
-        let largest = parts[0].len() as f32;
-        let whole = parts.partition_point(|part| part.len() as f32 >= FRAGMENT * largest);
-        let fragments = parts.split_off(whole);
-        if !fragments.is_empty() {
-            join_fragments(nodes, &mut parts, fragments);
-        }
-        all.extend(parts.into_iter().map(|nodes| Part { class, nodes }));
     }
-    all
+    of_class
+}
+
+/// The place of the first of a class's components that is smaller than this share of the largest.
+fn smaller_from(components: &[Vec<u32>], share: f32) -> usize {
+    let fewest = share * components.first().map_or(0, Vec::len) as f32;
+    components.partition_point(|part| part.len() as f32 >= fewest)
 }
 
 /// Gives each fragment to the part with the node that is nearest to its middle.
@@ -410,6 +439,28 @@ mod tests {
         assert_eq!(objects.of_node(204), objects.of_node(150));
         assert_ne!(objects.of_node(0), objects.of_node(150));
         assert_eq!((objects.of_node(299), objects.of_node(300)), (None, None));
+    }
+
+    #[test]
+    fn an_object_that_a_label_says_leaves_parts_elsewhere_as_they_are_but_for_fragments() {
+        // Only the last nodes of the third square are a leg; the others are floor.
+        let surface = squares(&[0.0, 2.0, 4.0]);
+        let mut labels = vec![2; 300];
+        labels[200..295].fill(1);
+        let classes = [Class::new(1, "floor"), Class::new(2, "chair")];
+        let stool = Object {
+            id: ObjectId::new(7).unwrap(),
+            class: 2,
+            name: "stool".to_owned(),
+        };
+        let posterior = Posterior {
+            objects: vec![Some(stool.id); 300],
+            telling: vec![20],
+            ..posterior(labels)
+        };
+        let objects = SurfaceObjects::new(&surface, &posterior, (&classes, &[stool]), None);
+        assert_eq!(told(&objects), [(7, "stool", 105), (8, "chair 1", 100)]);
+        assert_eq!(objects.of_node(297), objects.of_node(20));
     }
 
     #[test]
@@ -593,6 +644,7 @@ mod tests {
         let of_classes = propagated(&scene, &labels);
         let without = Posterior {
             objects: Vec::new(),
+            telling: Vec::new(),
             ..of_objects
         };
         assert_eq!(*of_classes.posterior(), without);

@@ -42,6 +42,8 @@ pub struct Posterior {
     pub distances: Vec<[f32; 2]>,
     /// The object that labels say of each node's class; empty where no label says any.
     pub objects: Vec<Option<ObjectId>>,
+    /// The labelled nodes whose labels say an object, ascending.
+    pub telling: Vec<u32>,
 }
 
 impl Posterior {
@@ -53,7 +55,7 @@ impl Posterior {
             confidence: vec![0; nodes],
             runners_up: vec![VOID; nodes],
             distances: vec![[f32::INFINITY; 2]; nodes],
-            objects: Vec::new(),
+            ..Self::default()
         };
         let all: Vec<u32> = (0..nodes as u32).collect();
         posterior.update(evidence, &all);
@@ -95,7 +97,13 @@ impl Posterior {
             self.distances[node] = row.nearest;
         }
         let geodesics = evidence.geodesics;
-        if !geodesics.tells_objects() {
+        let telling = geodesics
+            .seeds()
+            .iter()
+            .filter(|(_, label)| label.object.is_some());
+        self.telling = telling.map(|(&node, _)| node).collect();
+        self.telling.sort_unstable();
+        if self.telling.is_empty() {
             self.objects = Vec::new();
             return;
         }

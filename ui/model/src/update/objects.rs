@@ -1,6 +1,6 @@
 //! Actions on objects: saying, naming, merging and deleting them.
 
-use inplace_core::labels::{ClassId, Edit, FoundObject, History, ObjectId, Stroke};
+use inplace_core::labels::{ClassId, Edit, FoundObject, History, ObjectId};
 
 use super::classes::set;
 use crate::model::Model;
@@ -34,10 +34,7 @@ impl Model {
     }
 
     pub(crate) fn rename_object(&mut self, id: ObjectId, name: &str) {
-        let others = self.bare_parts(&[id]);
-        self.change_object(id, |history, object| {
-            keeping_apart(history, others, |history| history.rename_object(object, name))
-        });
+        self.change_object(id, |history, object| history.rename_object(object, name));
     }
 
     pub(crate) fn merge_object(&mut self, from: ObjectId, into: ObjectId) {
@@ -50,10 +47,7 @@ impl Model {
             .and_then(Workspace::said)
             .map(|said| said.id)
             == Some(from);
-        let others = self.bare_parts(&[from, into]);
-        let merged = self.change_object(from, |history, object| {
-            keeping_apart(history, others, |history| history.merge_object(object, &target))
-        });
+        let merged = self.change_object(from, |history, object| history.merge_object(object, &target));
         if merged && is_said {
             self.with_workspace(|workspace| workspace.choose_object(into));
         }
@@ -99,22 +93,6 @@ impl Model {
         self.change_class_view(|view| set(&mut view.unfolded, id, unfolded));
     }
 
-    /// Clicks on the parts of the first object's class that no stroke lies on, but for these objects.
-    fn bare_parts(&self, objects: &[ObjectId]) -> Vec<Stroke> {
-        let Some((workspace, first)) = self.state.workspace().zip(objects.first()) else {
-            return Vec::new();
-        };
-        let class = workspace.object(*first).map(|object| object.object.class);
-        let labels = workspace.document.labels();
-        let is_bare = |found: &&FoundObject| {
-            let id = found.object.id;
-            let is_listed = labels.object(id).is_some() || objects.contains(&id);
-            Some(found.object.class) == class && found.strokes.is_empty() && !is_listed
-        };
-        let bare = workspace.found.iter().filter(is_bare);
-        bare.filter_map(|found| found.click.clone()).collect()
-    }
-
     fn known_object(&self, id: ObjectId) -> Option<FoundObject> {
         self.state.workspace().and_then(|workspace| workspace.object(id))
     }
@@ -139,23 +117,4 @@ impl Model {
         });
         changed
     }
-}
-
-/// Changes objects and adds these clicks, which name none, in one edit: without a stroke of their own, parts would become
-/// of the object that is named first.
-fn keeping_apart(
-    history: &mut History,
-    clicks: Vec<Stroke>,
-    change: impl FnOnce(&mut History) -> Option<Edit>,
-) -> Option<Edit> {
-    if clicks.is_empty() {
-        return change(history);
-    }
-    let mut trial = history.clone();
-    let mut edit = change(&mut trial)?;
-    for click in clicks {
-        edit.strokes.extend(trial.add_stroke(click).strokes);
-    }
-    history.adopt(edit.clone());
-    Some(edit)
 }
