@@ -110,6 +110,7 @@ fn an_export_names_the_file_of_a_frame_that_has_vanished_since_the_capture_was_o
         scene: &scene,
         classes: &[],
         objects: &[],
+        parts: &[],
         maps: &maps,
     };
     let go_on = |_, _| ControlFlow::Continue(());

@@ -176,6 +176,7 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
             scene: &scene,
             classes: &small.classes,
             objects: &[],
+            parts: &[],
             maps: if format.has_frames() { &maps } else { &solids },
         };
         let out = root.join(format.name());

@@ -43,7 +43,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     for warning in contents.warnings.iter().chain(&scene.warnings) {
         eprintln!("inplace: {warning}");
     }
-    let labels = contents.history.labels();
+    let (labels, parts) = (contents.history.labels(), contents.parts());
     if labels.classes.is_empty() {
         return Err(format!("{}: there are no classes to export", arguments.project.display()).into());
     }
@@ -62,6 +62,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         scene: &scene,
         classes: &labels.classes,
         objects: &labels.objects,
+        parts: &parts,
         maps: &maps,
     };
     let (what, written) = match trajectory {

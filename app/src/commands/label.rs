@@ -12,6 +12,7 @@ use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, label_image_files, read_label_images, read_strokes};
 use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
+use inplace_core::semantics::KnownPart;
 use inplace_core::session::{Command, SessionOptions};
 use serde_json::json;
 
@@ -35,19 +36,21 @@ enum Strokes {
 }
 
 impl Strokes {
-    fn read(self, scene: &Scene, open: OpenOptions) -> Result<LabelSet, Failure> {
-        Ok(match self {
+    /// The labels, and the parts that a project knows.
+    fn read(self, scene: &Scene, open: OpenOptions) -> Result<(LabelSet, Vec<KnownPart>), Failure> {
+        let labels = match self {
             Self::Project(contents) => {
                 let contents = contents.matched(scene, open)?;
                 for warning in &contents.warnings {
                     eprintln!("inplace: {warning}");
                 }
-                contents.history.labels().clone()
+                return Ok((contents.history.labels().clone(), contents.parts()));
             }
             Self::File(path) => read_strokes(&path, scene)?,
             Self::Demo => demo::Shot::default().clicks(),
             Self::Nothing => LabelSet::default(),
-        })
+        };
+        Ok((labels, Vec::new()))
     }
 }
 
@@ -136,7 +139,7 @@ fn label(
     for warning in &scene.warnings {
         eprintln!("inplace: {warning}");
     }
-    let mut labels = strokes.read(&scene, options.open)?;
+    let (mut labels, parts) = strokes.read(&scene, options.open)?;
     if let Some(folder) = &arguments.import {
         labels = with_images(labels, folder, arguments.trust.unwrap_or(Trust::VOTES), &scene)?;
     }
@@ -169,6 +172,7 @@ fn label(
         scene: &scene,
         classes: &labels.classes,
         objects: &labels.objects,
+        parts: &parts,
         maps: &maps,
     };
     export::export(

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use super::{ExportError, Ids, Options, Refusal, atomic};
 use crate::labels::{Class, ClassId, Object, ObjectId, VOID};
 use crate::scene::{Frame, Scene};
-use crate::semantics::{Surface, SurfaceObjects};
+use crate::semantics::{KnownPart, Surface, SurfaceObjects};
 use crate::session::{CERTAIN, FrameMap};
 
 /// A scene with a map of every frame.
@@ -24,6 +24,8 @@ pub struct LabelledScene<'a> {
     pub classes: &'a [Class],
     /// The objects that its labels tell apart.
     pub objects: &'a [Object],
+    /// The other objects that were found on its surface before, whose numbers stay.
+    pub parts: &'a [KnownPart],
     /// One map for each frame, in any order.
     pub maps: &'a [Arc<FrameMap>],
 }
@@ -149,7 +151,9 @@ impl Objects {
         labelled.classes.iter().find(|class| class.thing)?;
         let (surface, posterior) = labelled.maps.first()?.surface()?;
         let told = (labelled.classes, labelled.objects);
-        let first = SurfaceObjects::new(surface, posterior, told, None);
+        let known = !labelled.parts.is_empty();
+        let before = known.then(|| SurfaceObjects::recalled(surface, labelled.parts));
+        let first = SurfaceObjects::new(surface, posterior, told, before.as_ref());
         let objects = first.objects.iter().map(|known| &known.object);
         let things = objects.map(|object| ExportedObject {
             id: object.id.number(),

@@ -298,6 +298,7 @@ mod tests {
                 scene: &labelled.scene,
                 classes: &labelled.classes,
                 objects: &[],
+                parts: &[],
                 maps,
             };
             for solid in [Solid::Cloud, Solid::Mesh] {

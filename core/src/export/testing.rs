@@ -100,6 +100,7 @@ pub(super) fn export_all(
         scene,
         classes,
         objects: &[],
+        parts: &[],
         maps,
     };
     export(folder, labelled, format, options, &|_, _| {

@@ -39,6 +39,7 @@ fn export_pngs(
         scene,
         classes,
         objects: &[],
+        parts: &[],
         maps,
     };
     export(folder, labelled, Format::Png, &Options::default(), progress)
@@ -204,6 +205,7 @@ fn two_panels(format: Format) -> std::collections::BTreeMap<String, Vec<u8>> {
         scene: &scene,
         classes: &labels.classes,
         objects: &labels.objects,
+        parts: &[],
         maps: &maps,
     };
     let root = tempfile::tempdir().unwrap();

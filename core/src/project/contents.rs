@@ -5,9 +5,12 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use serde::Deserialize;
+
 use super::ProjectError;
 use crate::labels::{Edit, History, ImportedMap, LabelSet, Stroke};
 use crate::scene::{Frame, OpenOptions, Scene, SceneSource, in_one_line};
+use crate::semantics::KnownPart;
 use crate::session::{FrameMap, ModelState};
 
 /// One frame as it was when the project was last matched to its scene: what a change is noticed by.
@@ -113,6 +116,16 @@ impl Contents {
             warnings: Vec::new(),
             pending: Pending::Nothing,
         }
+    }
+
+    /// The objects that no stroke names, as the window found them last: what it keeps of them in the view.
+    pub fn parts(&self) -> Vec<KnownPart> {
+        #[derive(Deserialize)]
+        struct View {
+            parts: Vec<KnownPart>,
+        }
+        let view = self.view.as_deref().map(serde_json::from_str::<View>);
+        view.and_then(Result::ok).map_or_else(Vec::new, |view| view.parts)
     }
 
     /// A generation above those of all saved maps.

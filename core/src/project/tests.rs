@@ -8,9 +8,11 @@ use std::time::{Duration, Instant};
 
 use super::*;
 use crate::labels::{
-    ImportedLabels, ImportedMap, LabelImages, LabelSet, Likeliest, Probabilities, Stroke, Trust,
+    ImportedLabels, ImportedMap, LabelImages, LabelSet, Likeliest, Object, ObjectId, Probabilities, Stroke,
+    Trust,
 };
 use crate::scene::{Camera, Frame, OpenOptions, Scene, SceneSource, testing};
+use crate::semantics::KnownPart;
 
 /// A folder, and the path of a project in it.
 fn place() -> (tempfile::TempDir, PathBuf) {
@@ -108,7 +110,17 @@ fn assert_same(a: &Contents, b: &Contents) {
 fn a_project_comes_back_as_it_was_is_open_once_and_undo_and_redo_go_on() {
     let (folder, path) = place();
     let mut contents = contents(folder.path());
-    contents.view = Some(r#"{"frame":2}"#.to_owned());
+    let chair = Object {
+        id: ObjectId::new(3).unwrap(),
+        class: 2,
+        name: "chair 3".to_owned(),
+    };
+    let parts = [KnownPart {
+        object: chair,
+        places: vec![[0.5, -1.25, 2.0]],
+    }];
+    assert!(contents.parts().is_empty());
+    contents.view = Some(serde_json::json!({ "frame": 2, "parts": parts }).to_string());
     contents.maps = vec![map(0, 7, 1), map(2, 6, 300)];
     contents.model = Some(Arc::new(ModelState {
         steps: 1234,
@@ -120,6 +132,7 @@ fn a_project_comes_back_as_it_was_is_open_once_and_undo_and_redo_go_on() {
     assert_eq!(Project::open(&path).unwrap_err(), in_use);
     assert_eq!(Project::create(&path, &contents).unwrap_err(), in_use);
     assert_same(&saved, &contents);
+    assert_eq!(saved.parts(), parts);
     assert!(saved.warnings.is_empty());
     assert_eq!(saved.next_generation(), 8);
 

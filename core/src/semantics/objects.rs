@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec3;
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 use super::{DisjointSets, NearestNodes, Node, NodeCells, Posterior, Surface};
 use crate::labels::{
@@ -22,6 +23,8 @@ const WHOLE: f32 = 0.5;
 const NEAR: f32 = 6.0;
 /// Side of the cells in which the part next to a fragment is looked for, in voxels.
 const CELL: f32 = 16.0;
+/// Places by which a part is found again, at most.
+const PLACES: usize = 16;
 
 /// An object on a surface.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,6 +35,15 @@ pub struct SurfaceObject {
     pub is_told: bool,
     /// Number of its nodes.
     pub nodes: usize,
+}
+
+/// A part of a surface that was found before, and places on it by which it is found again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KnownPart {
+    /// Its number, class and name.
+    pub object: Object,
+    /// Some of its points, in world coordinates, metres.
+    pub places: Vec<[f32; 3]>,
 }
 
 /// The objects on a surface.
@@ -219,6 +231,47 @@ impl SurfaceObjects {
             .iter()
             .filter_map(|known| found.remove(&known.object.id.number()))
             .collect()
+    }
+
+    /// The parts on `surface`, which these objects are on, to be [found again](Self::recalled) when the scene is opened again.
+    pub fn parts(&self, surface: &Surface) -> Vec<KnownPart> {
+        let mut nodes_of: FxHashMap<ObjectId, Vec<&Node>> = FxHashMap::default();
+        for (node, object) in surface.graph.nodes().iter().zip(&self.of_nodes) {
+            if let Some(object) = object {
+                nodes_of.entry(*object).or_default().push(node);
+            }
+        }
+        let parts = self.objects.iter().filter(|known| !known.is_told);
+        let part = |known: &SurfaceObject| {
+            let nodes = nodes_of.get(&known.object.id)?;
+            let places = nodes.iter().step_by(nodes.len().div_ceil(PLACES));
+            Some(KnownPart {
+                object: known.object.clone(),
+                places: places.map(|node| node.position.to_array()).collect(),
+            })
+        };
+        parts.filter_map(part).collect()
+    }
+
+    /// What is left of the objects on a surface of the same scene where only these parts are known: the nodes nearest to their
+    /// places.
+    pub fn recalled(surface: &Surface, parts: &[KnownPart]) -> Self {
+        let nearest = NearestNodes::new(surface);
+        let mut of_nodes = vec![None; surface.graph.len()];
+        let recalled = |part: &KnownPart| {
+            let near = |place: &[f32; 3]| nearest.nearest(Vec3::from(*place), NEAR * surface.voxel);
+            let nodes: Vec<u32> = part.places.iter().filter_map(near).collect();
+            for &node in &nodes {
+                of_nodes[node as usize] = Some(part.object.id);
+            }
+            SurfaceObject {
+                object: part.object.clone(),
+                is_told: false,
+                nodes: nodes.len(),
+            }
+        };
+        let objects = parts.iter().map(recalled).collect();
+        Self { objects, of_nodes }
     }
 
     /// The object of a node, as far as there is such a node and it has one.
@@ -498,6 +551,36 @@ mod tests {
             [(1, "armchair", 100), (2, "chair 2", 100), (3, "chair 3", 100)]
         );
         assert!(named.objects[0].is_told && !named.objects[1].is_told);
+    }
+
+    #[test]
+    fn parts_that_are_known_from_before_keep_numbers_and_names_on_another_surface_though_other_labels_came() {
+        let classes = [Class::new(1, "wall"), Class::new(2, "chair")];
+        let told = |surface: &Surface, labels: &[ClassId], before: Option<&SurfaceObjects>| {
+            let labels = labels.iter().flat_map(|&label| vec![label; 100]).collect();
+            SurfaceObjects::new(surface, &posterior(labels), (&classes, &[]), before)
+        };
+        let surface = squares(&[0.0, 2.0, 4.0]);
+        let two = told(&surface, &[1, 2, 2], None);
+        let parts = two.parts(&surface);
+        assert_eq!(
+            parts.iter().map(|part| part.places.len()).collect::<Vec<_>>(),
+            [15; 2]
+        );
+        // The scene is opened again, its surface begins elsewhere, and what was the wall is a chair.
+        let again = squares(&[4.01, 2.01, 0.01]);
+        let three = told(&again, &[2; 3], Some(&SurfaceObjects::recalled(&again, &parts)));
+        let number = |node| three.of_node(node).unwrap().number();
+        assert_eq!([0, 100, 200].map(number), [2, 1, 3]);
+        assert_eq!(
+            told_names(&three),
+            ["chair 1", "chair 2", "chair 3"],
+            "a chair that is new gets a new name"
+        );
+    }
+
+    fn told_names(objects: &SurfaceObjects) -> Vec<&str> {
+        told(objects).into_iter().map(|(_, name, _)| name).collect()
     }
 
     #[test]

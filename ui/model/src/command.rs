@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use inplace_core::labels::{Class, ClassId, FoundObject, ObjectId, Pixel, StrokeId, Trust};
 use inplace_core::scene::{SceneSource, Viewpoint};
+use inplace_core::semantics::KnownPart;
 
 use crate::dialogs::{ClassUse, Dialog, ExportChoice, Purpose};
 use crate::frames::{FrameFilter, FrameOrder};
@@ -97,8 +98,9 @@ pub enum Command {
     DeleteObject(ObjectId),
     /// Shows an object in the frame that has most of its pixels.
     GoToObject(ObjectId),
-    /// These are the objects of the scene, as far as they are looked for; no person asks for it.
-    SeeObjects(Arc<[FoundObject]>),
+    /// These are the objects of the scene, as far as they are looked for, and those of them that no stroke names, to find them
+    /// again; no person asks for it.
+    SeeObjects(Arc<[FoundObject]>, Arc<[KnownPart]>),
     /// Lists the objects of a class below it, or the class alone.
     UnfoldClass(ClassId, bool),
     /// Makes a class one of things, which have objects, or stuff.

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use inplace_core::export::{ExportError, Format, LabelledScene, Options, export, write_strokes};
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
+use inplace_core::semantics::KnownPart;
 use inplace_core::session::{FrameMap, MapSlots};
 
 /// What is exported.
@@ -18,6 +19,8 @@ pub struct Export {
     pub scene: Arc<Scene>,
     /// Classes and strokes.
     pub labels: LabelSet,
+    /// The objects that no stroke names, as they were found last.
+    pub parts: Vec<KnownPart>,
     /// Generation of the labels: older maps are waited out.
     pub generation: u64,
     /// The kind of data set.
@@ -72,6 +75,7 @@ impl Export {
             scene: &self.scene,
             classes: &self.labels.classes,
             objects: &self.labels.objects,
+            parts: &self.parts,
             maps: &maps,
         };
         let written = export(&folder, labelled, self.format, &self.options, &progress)

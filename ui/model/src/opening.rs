@@ -8,6 +8,7 @@ use std::sync::Arc;
 use inplace_core::labels::{History, LabelSet};
 use inplace_core::project::{Contents, Journal, Opened, Project, ProjectError, SceneRecord};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::semantics::KnownPart;
 use inplace_core::session::MapSlots;
 
 use crate::jobs::JobTools;
@@ -220,6 +221,8 @@ pub struct Attached {
     pub history: History,
     /// Generation to count from.
     pub generation: u64,
+    /// The objects that no stroke names, as they were found last.
+    pub parts: Vec<KnownPart>,
     /// View settings, as the window wrote them.
     pub view: Option<String>,
     /// Where the work is kept.
@@ -293,6 +296,7 @@ pub fn attach(
     };
     Ok(Attached {
         generation: contents.next_generation(),
+        parts: contents.parts(),
         view: contents.view.clone(),
         history: contents.history,
         project: ProjectSession::new(journal, file, named),

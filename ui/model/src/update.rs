@@ -77,7 +77,7 @@ impl Model {
     fn command(&mut self, command: Command) {
         if !matches!(
             command,
-            Command::Render(_) | Command::Hover(_) | Command::SeeObjects(_)
+            Command::Render(_) | Command::Hover(_) | Command::SeeObjects(..)
         ) {
             self.with_workspace(|workspace| workspace.overview.log.acted(Instant::now()));
         }
@@ -130,7 +130,7 @@ impl Model {
             Command::MergeObject(from, into) => self.merge_object(from, into),
             Command::DeleteObject(object) => self.delete_object(object),
             Command::GoToObject(object) => self.go_to_object(object),
-            Command::SeeObjects(found) => self.with_workspace(|workspace| workspace.found = found),
+            Command::SeeObjects(found, parts) => self.see_objects(found, parts),
             Command::UnfoldClass(class, unfolded) => self.unfold_class(class, unfolded),
             Command::SetClassThing(id, thing) => self.change_class(id, |class| class.thing = thing),
             Command::DeleteClass(id) => self.delete_class(id),

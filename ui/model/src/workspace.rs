@@ -13,8 +13,9 @@ use std::time::Instant;
 
 use inplace_core::labels::{ClassId, FoundObject, Pixel, StrokeId};
 use inplace_core::scene::{Frame, Scene, Viewpoint};
-use inplace_core::semantics::{Posterior, Surface};
+use inplace_core::semantics::{KnownPart, Posterior, Surface};
 use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, Status};
+use serde_json::json;
 
 use crate::class_view::ClassView;
 use crate::document::Document;
@@ -79,6 +80,8 @@ pub struct Workspace {
     said: Option<FoundObject>,
     /// The objects of the scene as the window found them last; empty before it looked for them.
     pub(crate) found: Arc<[FoundObject]>,
+    /// Those of them that no stroke names, to find them again when the project is opened again.
+    pub parts: Arc<[KnownPart]>,
     /// The selected stroke, which is on the frame in view.
     pub selected: Option<StrokeId>,
     /// Counts up with every new map of a frame.
@@ -129,6 +132,7 @@ impl Workspace {
             frame_index: 0,
             said: None,
             found: Arc::default(),
+            parts: Arc::default(),
             selected: None,
             status: Status::default(),
             paused: false,
@@ -250,6 +254,7 @@ impl Workspace {
         let mut view = settings.to_json();
         self.class_view.keep_in(&mut view);
         view["progress"] = self.overview.log.to_json();
+        view["parts"] = json!(*self.parts);
         view.to_string()
     }
 

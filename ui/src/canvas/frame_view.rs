@@ -150,7 +150,8 @@ impl FrameView {
             && plane.map > self.since
         {
             if let Some(scene) = &plane.scene {
-                commands.push(Command::SeeObjects(Arc::clone(&scene.found)));
+                let (found, parts) = (Arc::clone(&scene.found), Arc::clone(&scene.parts));
+                commands.push(Command::SeeObjects(found, parts));
             }
             self.known.objects = Some(plane);
         }
@@ -170,6 +171,7 @@ impl FrameView {
             self.objects.ask(Question {
                 map: map.clone(),
                 labels: workspace.document.labels().clone(),
+                parts: Arc::clone(&workspace.parts),
             });
         }
     }

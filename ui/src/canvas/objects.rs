@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use egui::{Align2, Color32, FontId, Painter, vec2};
 use inplace_core::labels::{ClassId, FoundObject, LabelSet, Object, ObjectId, Pixel, VOID, default_color};
-use inplace_core::semantics::{Posterior, Surface, SurfaceObjects, innermost};
+use inplace_core::semantics::{KnownPart, Posterior, Surface, SurfaceObjects, innermost};
 use inplace_core::session::FrameMap;
 use inplace_model::palette::Palette;
 use inplace_model::versioned::{Version, Versioned};
@@ -32,6 +32,8 @@ pub struct Question {
     pub map: Versioned<Arc<FrameMap>>,
     /// The labels.
     pub labels: LabelSet,
+    /// The objects that no stroke names, as they were known when the project was opened.
+    pub parts: Arc<[KnownPart]>,
 }
 
 /// The objects of a scene.
@@ -45,6 +47,8 @@ pub struct SceneObjects {
     pub entries: Entries,
     /// Where each is.
     pub found: Arc<[FoundObject]>,
+    /// Those that no stroke names, to find them again.
+    pub parts: Arc<[KnownPart]>,
     labels: LabelSet,
     objects: SurfaceObjects,
 }
@@ -100,11 +104,7 @@ fn find(desk: &Desk<Question, ObjectPlane>) -> Result<(), Gone> {
         let question = desk.newest()?;
         let found = question.map.surface().map(|surface| match known.take() {
             Some(known) if known.answers(surface, &question.labels) => known,
-            before => Arc::new(SceneObjects::new(
-                surface,
-                question.labels.clone(),
-                before.as_deref(),
-            )),
+            before => Arc::new(SceneObjects::new(surface, &question, before.as_deref())),
         });
         desk.tell(ObjectPlane::new(&question, found.clone()))?;
         known = found.or(known);
@@ -115,22 +115,25 @@ impl SceneObjects {
     /// The objects on a surface, with the numbers and names that they had before.
     fn new(
         (surface, posterior): (&Arc<Surface>, &Arc<Posterior>),
-        labels: LabelSet,
+        Question { labels, parts, .. }: &Question,
         before: Option<&Self>,
     ) -> Self {
-        let moved = before
-            .filter(|before| !Arc::ptr_eq(&before.surface, surface))
-            .map(|before| before.objects.on(&before.surface, (surface, posterior)));
+        let moved = match before {
+            Some(before) if Arc::ptr_eq(&before.surface, surface) => None,
+            Some(before) => Some(before.objects.on(&before.surface, (surface, posterior))),
+            None => (!parts.is_empty()).then(|| SurfaceObjects::recalled(surface, parts)),
+        };
         let before = moved.as_ref().or(before.map(|before| &before.objects));
         let listed = (labels.classes.as_slice(), labels.objects.as_slice());
         let objects = SurfaceObjects::new(surface, posterior, listed, before);
         Self {
-            entries: Entries::new(&labels, objects.objects.iter().map(|known| &known.object)),
-            found: objects.found(surface, &labels).into(),
+            entries: Entries::new(labels, objects.objects.iter().map(|known| &known.object)),
+            found: objects.found(surface, labels).into(),
+            parts: objects.parts(surface).into(),
             objects,
             surface: Arc::clone(surface),
             posterior: Arc::clone(posterior),
-            labels,
+            labels: labels.clone(),
         }
     }
 
@@ -226,7 +229,7 @@ impl EntryColors {
 
 impl ObjectPlane {
     /// Of a map with the objects on its surface, if it has one.
-    fn new(Question { map, labels }: &Question, scene: Option<Arc<SceneObjects>>) -> Self {
+    fn new(Question { map, labels, .. }: &Question, scene: Option<Arc<SceneObjects>>) -> Self {
         let with_objects = map.looked_up_with(scene.as_ref().map(|scene| &scene.objects));
         let classes = with_objects.labels();
         let entries = match &scene {
@@ -345,6 +348,7 @@ mod tests {
         let question = Question {
             map: Versioned::new(Arc::new(map)),
             labels: labels.clone(),
+            parts: Arc::default(),
         };
         let plane = ObjectPlane::new(&question, None);
         assert_eq!(&plane.values[..], [0, 2, 2, 1]);

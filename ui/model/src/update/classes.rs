@@ -102,6 +102,11 @@ impl Model {
     /// Locks, hides and shows classes, and keeps that in the project.
     pub(crate) fn change_class_view(&mut self, change: impl FnOnce(&mut ClassView)) {
         self.with_workspace(|workspace| workspace.change_class_view(change));
+        self.keep_view();
+    }
+
+    /// Keeps how the scene is looked at in the project.
+    pub(crate) fn keep_view(&mut self) {
         if let Some(workspace) = self.state.workspace() {
             let view = workspace.kept_view(&self.state.settings);
             self.effects.push(Effect::KeepView(view));

@@ -1,6 +1,9 @@
 //! Actions on objects: saying, naming, merging and deleting them.
 
+use std::sync::Arc;
+
 use inplace_core::labels::{ClassId, Edit, FoundObject, History, ObjectId};
+use inplace_core::semantics::KnownPart;
 
 use super::classes::set;
 use crate::model::Model;
@@ -25,6 +28,19 @@ impl Model {
             self.draw(line);
         }
         self.with_workspace(|workspace| workspace.say(before));
+    }
+
+    /// Takes over the objects that were found, and keeps those that no stroke names in the project, so that their numbers
+    /// stay.
+    pub(crate) fn see_objects(&mut self, found: Arc<[FoundObject]>, parts: Arc<[KnownPart]>) {
+        let Some(workspace) = self.state.workspace_mut() else {
+            return;
+        };
+        workspace.found = found;
+        if workspace.parts != parts {
+            workspace.parts = parts;
+            self.keep_view();
+        }
     }
 
     /// An object is chosen to go on with it.

@@ -165,6 +165,7 @@ impl Model {
         let mut workspace = Workspace::new(scene, ticket, session, document);
         workspace.overview.log.take_json(&view["progress"]);
         workspace.change_class_view(|classes| *classes = ClassView::from_json(&view));
+        workspace.parts = attached.parts.into();
         self.state.project = Some(attached.project);
         self.state.stage = Stage::Open(Box::new(workspace));
         // Another scene is exported elsewhere, in the same way.

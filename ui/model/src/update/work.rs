@@ -36,6 +36,7 @@ impl Model {
         let export = Export {
             scene: Arc::clone(&workspace.scene),
             labels: workspace.document.labels().clone(),
+            parts: workspace.parts.to_vec(),
             generation: workspace.document.generation(),
             format: choice.format,
             options: choice.options(),

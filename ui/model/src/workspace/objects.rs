@@ -106,7 +106,9 @@ impl Workspace {
     }
 
     fn new_object(&self, class: ClassId) -> Option<FoundObject> {
-        let others: Vec<Object> = self.found.iter().map(|found| found.object.clone()).collect();
+        let found = self.found.iter().map(|found| &found.object);
+        let parts = self.parts.iter().map(|part| &part.object);
+        let others: Vec<Object> = found.chain(parts).cloned().collect();
         let object = self.document.history().next_object(class, &others)?;
         Some(object.into())
     }
