@@ -155,8 +155,8 @@ pub struct ExportArguments {
     /// The folder to write into; files there that are right already are left alone.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// What to write: png, overlay, voc, cityscapes, coco-panoptic, coco-instances, labelme, hugging-face, and
-    /// the surface as PLY: point-cloud or mesh.
+    /// What to write: png, overlay, voc, cityscapes, coco-panoptic, coco-instances, labelme, yolo, hugging-face; the
+    /// surface as PLY: point-cloud or mesh; or a 3D box around each object: boxes.
     #[arg(long, value_name = "FORMAT", default_value = "png", value_parser = format)]
     pub format: Format,
     /// Render views of the scene along a camera path instead, with their labels, as a capture: lines of 16 numbers

@@ -2,6 +2,7 @@
 //! that a killed run leaves no half file.
 
 mod atomic;
+mod boxes;
 mod cityscapes;
 mod coco;
 mod coco_instances;
@@ -20,6 +21,7 @@ mod original;
 mod overlay;
 mod ply;
 mod pngs;
+mod polygons;
 mod report;
 mod run_length;
 mod solid;
@@ -27,6 +29,7 @@ mod solid;
 mod testing;
 mod views;
 mod voc;
+mod yolo;
 
 use std::path::Path;
 

@@ -3,11 +3,13 @@
     python check.py FOLDER
 
 FOLDER has an export in each format, in a folder of the format's name. Classes, pixels and areas of every frame have to
-be those of png/labels, points and triangles those of surface.json. Ends with 1 and a line for each difference.
+be those of png/labels, points and triangles those of surface.json. In FOLDER/objects the same formats have objects: those of
+png/objects and png/objects.json. Ends with 1 and a line for each difference.
 """
 
 import importlib.machinery
 import json
+import os
 import sys
 import zipfile
 from pathlib import Path
@@ -15,7 +17,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 from loguru import logger
-from PIL import Image, ImageOps
+from PIL import Image, ImageDraw, ImageOps
 from plyfile import PlyData
 from pycocotools import mask as coco_mask
 from pycocotools.coco import COCO
@@ -25,9 +27,17 @@ for name in ("onnxruntime", "imgviz", "imgviz.io", "PyQt5"):
     stand_in = MagicMock(__spec__=importlib.machinery.ModuleSpec(name, None))
     sys.modules[name] = stand_in
 
+# pyquaternion is for boxes of cars.
+sys.modules["pyquaternion"] = MagicMock()
+os.environ["HF_HUB_OFFLINE"] = "1"
+
+import datasets  # noqa: E402
 import labelme  # noqa: E402
+from cityscapesscripts.evaluation.instances2dict import instances2dict  # noqa: E402
+from datumaro.plugins.data_formats.coco.base import CocoPanopticBase  # noqa: E402
 
 logger.disable("labelme")
+datasets.disable_progress_bars()
 
 
 class Plain:
@@ -203,6 +213,27 @@ def hugging_face(folder: Path, plain: Plain) -> None:
         same(f"{row['file_name']} classes", set(row["classes"]), {names[id] for id in np.unique(labels) if id})
 
 
+def yolo(folder: Path, plain: Plain) -> None:
+    """Polygons painted one after the other; holes of void are filled."""
+    lines = (folder / "data.yaml").read_text("utf-8").splitlines()
+    names = lines[lines.index("names:") + 1 :]
+    same("names", [json.loads(name.split(": ", 1)[1]) for name in names], list(plain.names.values()))
+    ids = list(plain.names)
+    for stem, labels in plain.labels.items():
+        images = list((folder / "images").glob(f"{stem}.*"))
+        same(f"images of {stem}", len(images), 1)
+        check_image(images[0], labels)
+        painted = Image.new("I", labels.shape[::-1])
+        draw = ImageDraw.Draw(painted)
+        for line in (folder / "labels" / f"{stem}.txt").read_text().splitlines():
+            place, *points = line.split()
+            points = np.array(points, float).reshape(-1, 2)
+            assert len(points) > 2 and (points > 0).all() and (points < 1).all(), f"{stem}: {line}"
+            pixels = np.floor(points * painted.size).astype(int)
+            draw.polygon([tuple(pixel) for pixel in pixels.tolist()], fill=ids[int(place)], outline=ids[int(place)])
+        same(f"{stem} polygons", np.where(labels == 0, 0, np.array(painted)), labels)
+
+
 def ply(path: Path, expected: dict, colors: list, plain: Plain) -> None:
     """Vertices, with everything that they have, and faces are the expected ones; the header lists the classes."""
     read = PlyData.read(path)
@@ -242,6 +273,119 @@ def solid(folder: Path, plain: Plain) -> None:
     ply(folder / f"{name}_classes.ply", expected, colors, plain)
 
 
+class Objects:
+    """The things of the export in the plain format."""
+
+    def __init__(self, folder: Path):
+        records = json.loads((folder / "objects.json").read_text("utf-8"))
+        self.classes = {record["id"]: record["class_id"] for record in records if record["thing"]}
+        paths = sorted((folder / "objects").glob("*.png"))
+        images = {path.stem: np.array(Image.open(path)).astype(int) for path in paths}
+        # Pixels of each thing in each frame.
+        self.pixels = {
+            stem: {id: int((image == id).sum()) for id in self.classes if (image == id).any()}
+            for stem, image in images.items()
+        }
+        assert len(self.classes) > 5, "too few objects to tell anything"
+        several = [id for id in self.classes if sum(id in of_frame for of_frame in self.pixels.values()) > 1]
+        assert several, "no object is in several frames"
+
+
+def cityscapes_objects(folder: Path, objects: Objects) -> None:
+    found = {}
+    for stem, pixels in objects.pixels.items():
+        instances = instances2dict([str(folder / "gtFine" / f"{stem}_gtFine_instanceIds.png")])
+        (by_class,) = instances.values()
+        own = [one for of_class in by_class.values() for one in of_class if one["instID"] >= 1000]
+        areas = sorted((one["labelID"], one["pixelCount"]) for one in own)
+        same(f"{stem} instances", areas, sorted((objects.classes[id], area) for id, area in pixels.items()))
+        found |= {one["instID"]: one["labelID"] for one in own}
+    same("instances", sorted(found.values()), sorted(objects.classes.values()))
+
+
+def panoptic_objects(folder: Path, objects: Objects) -> None:
+    # It looks for a folder of this name.
+    root = folder.parent / "datumaro"
+    root.mkdir()
+    (root / "annotations").symlink_to(folder)
+    (root / "images").symlink_to(folder / "images")
+    items = list(CocoPanopticBase(str(root / "annotations/panoptic.json"), subset="all"))
+    same("items", {item.id for item in items}, set(objects.pixels))
+    for item in items:
+        own = [mask for mask in item.annotations if mask.id >= 65536]
+        found = {mask.id - 65536: int(mask.image.sum()) for mask in own}
+        same(f"{item.id} segments", found, objects.pixels[item.id])
+
+
+def instances_objects(folder: Path, objects: Objects) -> None:
+    coco = COCO(folder / "instances.json")
+    for image in coco.loadImgs(coco.getImgIds()):
+        annotations = coco.loadAnns(coco.getAnnIds(imgIds=image["id"]))
+        own = [one for one in annotations if "object_id" in one]
+        found = {one["object_id"]: int(coco.annToMask(one).sum()) for one in own}
+        same(f"{image['file_name']} objects", found, objects.pixels[Path(image["file_name"]).stem])
+
+
+def labelme_objects(folder: Path, objects: Objects) -> None:
+    for stem, pixels in objects.pixels.items():
+        shapes = labelme.LabelFile(str(folder / "labelme" / f"{stem}.json")).shapes
+        groups = {shape["group_id"] for shape in shapes} - {None}
+        same(f"{stem} groups", groups, set(pixels))
+
+
+def hugging_face_objects(folder: Path, objects: Objects) -> None:
+    cache = str(folder.parent / "cache")
+    loaded = datasets.load_dataset("imagefolder", data_dir=str(folder), split="train", cache_dir=cache)
+    same("rows", len(loaded), len(objects.pixels))
+    found = []
+    for row in loaded:
+        image = np.array(row["objects"]).astype(int)
+        found.append({id: int((image == id).sum()) for id in objects.classes if (image == id).any()})
+    same("objects", found, [objects.pixels[stem] for stem in sorted(objects.pixels)])
+
+
+def solid_objects(folder: Path, objects: Objects) -> None:
+    name = {"point-cloud": "cloud", "mesh": "mesh"}[folder.name]
+    read = PlyData.read(folder / f"{name}.ply")
+    listed = [comment.split(" ", 2)[1] for comment in read.comments if comment.startswith("object ")]
+    assert set(objects.classes) <= {int(id) for id in listed}, "not all objects are listed"
+    for id, class_id in objects.classes.items():
+        labels = read["vertex"]["label"][read["vertex"]["object"] == id]
+        assert len(labels) and (labels == class_id).all(), f"points of object {id}"
+
+
+def boxes(folder: Path, objects: Objects) -> None:
+    """Boxes have most points of their object inside, in both coordinates, which differ in unit and axes at most."""
+    records = json.loads((folder / "boxes.json").read_text("utf-8"))
+    vertices = PlyData.read(folder / "pointclouds/cloud.ply")["vertex"]
+    lines = [line.split() for line in (folder / "labels/cloud.txt").read_text().splitlines()]
+    same("lines", len(lines), len(records))
+    assert set(objects.classes) <= {record["id"] for record in records}, "an object has no box"
+    places = np.stack([vertices[key] for key in "xyz"], axis=-1)
+    for record, line in zip(records, lines):
+        same("class", line[0], record["class_name"].replace(" ", "_"))
+        height, width, length, *center, yaw = map(float, line[8:])
+        assert np.allclose(np.sort([length, width, height]), np.sort(record["size"]), atol=1e-3), record
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        own = places[vertices["object"] == record["id"]] - center
+        same("points", len(own), record["points"])
+        turned = own @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+        inside = (np.abs(turned) <= 0.5 * np.array([length, width, height]) + 1e-3).all(axis=1)
+        assert inside.mean() > 0.9 or len(own) < 10, f"{record}: {inside.mean()}"
+        same("a rotation", bool(np.allclose(np.linalg.det(record["rotation"]), 1)), True)
+
+
+OBJECTS = {
+    "cityscapes": cityscapes_objects,
+    "coco-panoptic": panoptic_objects,
+    "coco-instances": instances_objects,
+    "labelme": labelme_objects,
+    "hugging-face": hugging_face_objects,
+    "point-cloud": solid_objects,
+    "mesh": solid_objects,
+    "boxes": boxes,
+}
+
 FORMATS = {
     "overlay": overlay,
     "voc": voc,
@@ -249,6 +393,7 @@ FORMATS = {
     "coco-panoptic": coco_panoptic,
     "coco-instances": coco_instances,
     "labelme": labelme_files,
+    "yolo": yolo,
     "hugging-face": hugging_face,
     "point-cloud": solid,
     "mesh": solid,
@@ -257,11 +402,13 @@ FORMATS = {
 
 def main() -> int:
     root = Path(sys.argv[1])
-    plain = Plain(root / "png")
+    plain, things = Plain(root / "png"), Objects(root / "objects/png")
+    checks = [(name, check, root / name, plain) for name, check in FORMATS.items()]
+    checks += [(f"{name} of objects", check, root / "objects" / name, things) for name, check in OBJECTS.items()]
     failed = 0
-    for name, check in FORMATS.items():
+    for name, check, folder, expected in checks:
         try:
-            check(root / name, plain)
+            check(folder, expected)
             print(f"{name} is right")
         except (AssertionError, KeyError, OSError, ValueError, labelme._label_file.LabelFileError) as error:
             print(f"{name}: {type(error).__name__}: {error}", file=sys.stderr)

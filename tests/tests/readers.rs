@@ -14,7 +14,7 @@ use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use inplace_core::export::{Format, LabelledScene, Options, export};
-use inplace_core::labels::{ClassId, VOID};
+use inplace_core::labels::{ClassId, History, LabelSet, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex};
 use inplace_core::session::FrameMap;
@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 /// Set where the readers have to be there.
 const REQUIRED: &str = "INPLACE_REQUIRE_READERS";
 /// How long downloading the readers may take.
-const PATIENCE: Duration = Duration::from_secs(100);
+const PATIENCE: Duration = Duration::from_secs(900);
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("readers")
@@ -138,6 +138,18 @@ fn shape(scene: &Scene, map: &FrameMap, vertices: &[MeshVertex], triangles: &[[u
     })
 }
 
+/// The labels with each click on a chair as an object of its own; the other things are parts of the surface.
+fn with_objects(labels: &LabelSet) -> LabelSet {
+    let mut history = History::new(labels.clone());
+    let chair = labels.classes.iter().find(|class| class.name == "chair").unwrap();
+    let own = labels.strokes.values().filter(|stroke| stroke.class == chair.id);
+    for stroke in own {
+        history.add_object(stroke.as_ref().clone(), &[]).unwrap();
+    }
+    assert!(history.labels().objects.len() > 1);
+    history.labels().clone()
+}
+
 #[test]
 fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     let python = match python() {
@@ -171,24 +183,37 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
     let solids = propagated(&scene, &small.labels(), 8.0);
     let surface = expected(&scene, &solids[0]).to_string();
     fs::write(root.join("surface.json"), surface).unwrap();
+    let things = with_objects(&small.labels());
+    let with_objects = propagated(&scene, &things, 8.0);
     for format in Format::ALL {
+        let maps = if format.has_frames() { &maps } else { &solids };
         let labelled = LabelledScene {
             scene: &scene,
             classes: &small.classes,
             objects: &[],
             parts: &[],
-            maps: if format.has_frames() { &maps } else { &solids },
+            maps,
         };
-        let out = root.join(format.name());
-        export(&out, labelled, format, &Options::default(), &|_, _| {
-            ControlFlow::Continue(())
-        })
-        .unwrap();
+        let of_objects = LabelledScene {
+            objects: &things.objects,
+            maps: &with_objects,
+            ..labelled
+        };
+        for (folder, labelled) in [(root.clone(), labelled), (root.join("objects"), of_objects)] {
+            let go_on = |_, _| ControlFlow::Continue(());
+            let out = folder.join(format.name());
+            export(&out, labelled, format, &Options::default(), &go_on).unwrap();
+        }
     }
     let check = folder().join("check.py");
     let outcome = Running::to_the_end(Command::new(python).arg(check).arg(&root));
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
     println!("{}", outcome.stdout);
-    // All but the plain one, which the others are compared with.
-    assert_eq!(outcome.stdout.matches("is right").count(), Format::ALL.len() - 1);
+    // All but the plain one, which the others are compared with, and boxes, which are around objects.
+    let of_classes = Format::ALL.len() - 2;
+    let (all, of_objects) = (
+        outcome.stdout.matches("is right"),
+        outcome.stdout.matches("of objects is right"),
+    );
+    assert_eq!((all.count(), of_objects.count()), (of_classes + 8, 8));
 }

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
+use super::boxes;
 use super::cityscapes::Cityscapes;
 use super::coco_instances::CocoInstances;
 use super::coco_panoptic::CocoPanoptic;
@@ -14,6 +15,7 @@ use super::overlay::Overlay;
 use super::pngs::Pngs;
 use super::solid::{self, Solid};
 use super::voc::Voc;
+use super::yolo::Yolo;
 use super::{ExportError, Options};
 use crate::TOLD;
 
@@ -35,17 +37,21 @@ pub enum Format {
     CocoInstances,
     /// Polygons for labelme.
     Labelme,
+    /// Polygons for the segmentation of YOLO.
+    Yolo,
     /// A folder for the `datasets` of Hugging Face.
     HuggingFace,
     /// The surface as points with their classes.
     PointCloud,
     /// The surface as a triangle mesh with the classes of its vertices.
     Mesh,
+    /// An oriented box around each object, with the points.
+    Boxes,
 }
 
 impl Format {
     /// All of them, the plain one first.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Png,
         Self::Overlay,
         Self::Voc,
@@ -53,9 +59,11 @@ impl Format {
         Self::CocoPanoptic,
         Self::CocoInstances,
         Self::Labelme,
+        Self::Yolo,
         Self::HuggingFace,
         Self::PointCloud,
         Self::Mesh,
+        Self::Boxes,
     ];
 
     /// What it is called on the command line.
@@ -68,15 +76,17 @@ impl Format {
             Self::CocoPanoptic => "coco-panoptic",
             Self::CocoInstances => "coco-instances",
             Self::Labelme => "labelme",
+            Self::Yolo => "yolo",
             Self::HuggingFace => "hugging-face",
             Self::PointCloud => "point-cloud",
             Self::Mesh => "mesh",
+            Self::Boxes => "boxes",
         }
     }
 
     /// Whether it has files for every frame; otherwise it is the surface, once.
     pub fn has_frames(self) -> bool {
-        !matches!(self, Self::PointCloud | Self::Mesh)
+        !matches!(self, Self::PointCloud | Self::Mesh | Self::Boxes)
     }
 
     /// The format of a name.
@@ -114,9 +124,11 @@ pub fn export(
         Format::CocoPanoptic => layout::write(&CocoPanoptic, folder, labelled, options, progress),
         Format::CocoInstances => layout::write(&CocoInstances, folder, labelled, options, progress),
         Format::Labelme => layout::write(&Labelme, folder, labelled, options, progress),
+        Format::Yolo => layout::write(&Yolo, folder, labelled, options, progress),
         Format::HuggingFace => layout::write(&HuggingFace, folder, labelled, options, progress),
         Format::PointCloud => solid::write(Solid::Cloud, folder, labelled, options, progress),
         Format::Mesh => solid::write(Solid::Mesh, folder, labelled, options, progress),
+        Format::Boxes => boxes::write(folder, labelled, options, progress),
     };
     match &written {
         Ok(written) => tracing::info!(

@@ -3,11 +3,10 @@
 use serde::Serialize;
 
 use super::Refusal;
-use super::components::{Component, Neighbours, components};
 use super::layout::{Labelled, Layout, OutputFile, dense_json_file};
 use super::original::original;
-use crate::guide::outline;
-use crate::labels::{Class, Pixel, Run};
+use super::polygons::{Polygon, polygons};
+use crate::labels::Class;
 
 const FOLDER: &str = "labelme";
 /// The version of labelme whose files these are like.
@@ -85,100 +84,19 @@ impl Layout for Labelme {
 }
 
 fn shapes<'a>(frame: &Labelled<'a>) -> Result<Vec<Shape<'a>>, Refusal> {
-    let (segments, places) = frame.segments()?;
-    let [width, height] = frame.size;
-    let components = components(&places, width, Neighbours::Sides);
-    let mut component_of = vec![0_u32; places.len()];
-    for (number, component) in (0..).zip(&components) {
-        for run in &component.runs {
-            component_of[run.indices(width)].fill(number);
-        }
-    }
-    let shape = |(number, component): (u32, &Component)| {
-        let segment = usize::from(component.label)
-            .checked_sub(1)
-            .map(|place| segments[place]);
-        let label = match segment {
-            Some(segment) => frame.classes[usize::from(segment.class) - 1].name.as_str(),
-            // Nothing can enclose what reaches the border.
-            None if at_border(&component.runs, frame.size) => return None,
+    let shape = |polygon: Polygon| Shape {
+        label: match polygon.segment {
+            Some(segment) => &frame.classes[usize::from(segment.class) - 1].name,
             None => BACKGROUND,
-        };
-        let first = component.runs.first()?;
-        let inside = |x, y| component_of[y as usize * width as usize + x as usize] == number;
-        let border = through_centres(&outline::trace(width, height, [first.first, first.row], inside));
-        Some(Shape {
-            label,
-            points: points(&border),
-            group_id: segment.and_then(|segment| segment.thing(frame.classes)),
-            description: "",
-            shape_type: "polygon",
-            flags: Empty {},
-            mask: (),
-        })
+        },
+        points: polygon.points,
+        group_id: polygon.segment.and_then(|segment| segment.thing(frame.classes)),
+        description: "",
+        shape_type: "polygon",
+        flags: Empty {},
+        mask: (),
     };
-    Ok((0..).zip(&components).filter_map(shape).collect())
-}
-
-fn at_border(runs: &[Run], [width, height]: [u32; 2]) -> bool {
-    let at_border =
-        |run: &Run| [run.row, run.first].contains(&0) || run.row + 1 == height || run.last + 1 == width;
-    runs.iter().any(at_border)
-}
-
-/// The pixels along the inner side of a border that goes through pixel corners, the region on its right: a closed polygon
-/// through their centres, without those on a straight way between two others.
-fn through_centres(corners: &[[f32; 2]]) -> Vec<Pixel> {
-    let corner = |index: usize| corners[index % corners.len()].map(|v| v as i64);
-    let mut pixels: Vec<[i64; 2]> = Vec::with_capacity(corners.len());
-    for index in 0..corners.len() {
-        let (before, at, after) = (corner(index), corner(index + 1), corner(index + 2));
-        let (to, from) = (direction(before, at), direction(at, after));
-        let ahead = right_of(at, to);
-        // Two pixels where it turns left, one where it turns right.
-        pixels.extend([[ahead[0] - to[0], ahead[1] - to[1]], right_of(at, from)]);
-    }
-    pixels.dedup();
-    while pixels.len() > 1 && pixels.first() == pixels.last() {
-        pixels.pop();
-    }
-    let is_corner = |&index: &usize| {
-        let at = |index: usize| pixels[index % pixels.len()];
-        let before = direction(at(index + pixels.len() - 1), at(index));
-        before != direction(at(index), at(index + 1)) || pixels.len() < 3
-    };
-    let corners = (0..pixels.len()).filter(is_corner);
-    corners.map(|index| pixels[index].map(|v| v as u32)).collect()
-}
-
-/// One step of a way along an axis or a diagonal.
-fn direction(from: [i64; 2], to: [i64; 2]) -> [i64; 2] {
-    [(to[0] - from[0]).signum(), (to[1] - from[1]).signum()]
-}
-
-/// The pixel on the right of the edge that leaves a pixel corner in a direction, y down.
-fn right_of([x, y]: [i64; 2], direction: [i64; 2]) -> [i64; 2] {
-    match direction {
-        [0, -1] => [x, y - 1],
-        [1, 0] => [x, y],
-        [0, 1] => [x - 1, y],
-        _ => [x - 1, y - 1],
-    }
-}
-
-/// A polygon of at least three points, which labelme asks for, that paints what one through the centres of these pixels
-/// does.
-fn points(pixels: &[Pixel]) -> Vec<[f32; 2]> {
-    let point = |[x, y]: Pixel, right: f32, down: f32| [x as f32 + right, y as f32 + down];
-    match *pixels {
-        [only] => vec![
-            point(only, 0.25, 0.25),
-            point(only, 0.75, 0.25),
-            point(only, 0.5, 0.75),
-        ],
-        [from, to] => [from, to, to].map(|pixel| point(pixel, 0.5, 0.5)).to_vec(),
-        _ => pixels.iter().map(|&pixel| point(pixel, 0.5, 0.5)).collect(),
-    }
+    Ok(polygons(frame)?.into_iter().map(shape).collect())
 }
 
 #[cfg(test)]
@@ -187,7 +105,7 @@ mod tests {
 
     use super::*;
     use crate::export::testing::{self, SIZE, WIDTH};
-    use crate::labels::{ClassId, VOID, polygon_runs};
+    use crate::labels::{ClassId, Pixel, VOID, polygon_runs};
 
     /// The label map that shapes paint one after the other, by the pixels that their points are in.
     fn painted(shapes: &[Value]) -> Vec<ClassId> {
@@ -219,14 +137,5 @@ mod tests {
             let shapes = serde_json::to_value(shapes(&frame).unwrap()).unwrap();
             assert_eq!(painted(shapes.as_array().unwrap()), frame.labels, "map {number}");
         }
-    }
-
-    #[test]
-    fn a_square_has_four_corners_and_a_pixel_one() {
-        let square = through_centres(&[[1.0, 1.0], [4.0, 1.0], [4.0, 4.0], [1.0, 4.0]]);
-        assert_eq!(square.len(), 4);
-        assert!(square.contains(&[1, 1]) && square.contains(&[3, 3]));
-        let pixel = [[2.0, 2.0], [3.0, 2.0], [3.0, 3.0], [2.0, 3.0]];
-        assert_eq!(through_centres(&pixel), [[2, 2]]);
     }
 }

@@ -50,6 +50,58 @@ impl Solid {
     }
 }
 
+/// The surface as it is exported.
+pub(super) struct Shape<'a> {
+    pub(super) surface: &'a Surface,
+    /// In the capture's own coordinates and unit, with the images' colours.
+    pub(super) vertices: Vec<Vertex>,
+    triangles: Option<Vec<[u32; 3]>>,
+    /// The exported classes.
+    pub(super) classes: Vec<Class>,
+    /// The exported objects; none where nothing is known of objects.
+    pub(super) objects: Vec<ExportedObject>,
+}
+
+/// The surface of a labelled scene. What a vertex has besides its position is that of its voxel.
+///
+/// # Errors
+/// [`Refusal::NoSurface`].
+pub(super) fn shape<'a>(
+    solid: Solid,
+    labelled: LabelledScene<'a>,
+    options: &Options,
+) -> Result<Shape<'a>, Refusal> {
+    let known = labelled.maps.first().and_then(|map| map.surface());
+    let (surface, posterior) = known.ok_or(Refusal::NoSurface)?;
+    let ids = options.ids_of(labelled.classes);
+    let own_labels = labels(posterior, options);
+    let objects = Objects::of(labelled, &ids);
+    let (places, triangles) = solid.shape(surface);
+    let vertex = |&MeshVertex { position, node }: &MeshVertex| {
+        let shown = &surface.graph.nodes()[node as usize];
+        let label = ids.of(own_labels[node as usize]);
+        Vertex {
+            position: labelled.scene.to_capture(position),
+            normal: shown.normal,
+            // A cast saturates.
+            color: (255.0 * shown.color)
+                .round()
+                .to_array()
+                .map(|channel| channel as u8),
+            label,
+            object: objects.as_ref().map_or(0, |objects| objects.of_node(node, label)),
+            entropy: f32::from(posterior.entropy[node as usize]) / ENTROPY_STEPS_PER_NAT,
+        }
+    };
+    Ok(Shape {
+        surface,
+        vertices: places.iter().map(vertex).collect(),
+        triangles,
+        classes: ids.classes().to_vec(),
+        objects: objects.map_or_else(Vec::new, |objects| objects.listed),
+    })
+}
+
 /// Writes `cloud.ply` or `mesh.ply` with the images' colours, `cloud_classes.ply` or `mesh_classes.ply` with the colours
 /// of the classes (black = void), and `classes.json`.
 ///
@@ -66,33 +118,8 @@ pub(super) fn write(
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
     let incomplete = |reason| ExportError::incomplete(folder, reason);
-    let Some((surface, posterior)) = labelled.maps.first().and_then(|map| map.surface()) else {
-        return Err(incomplete(Refusal::NoSurface));
-    };
-    let ids = options.ids_of(labelled.classes);
-    let classes = ids.classes();
-    let own_labels = labels(posterior, options);
-    let objects = Objects::of(labelled, &ids);
-    let (places, triangles) = solid.shape(surface);
-    let vertices: Vec<Vertex> = places
-        .iter()
-        .map(|&MeshVertex { position, node }| {
-            let shown = &surface.graph.nodes()[node as usize];
-            let label = ids.of(own_labels[node as usize]);
-            Vertex {
-                position: labelled.scene.to_capture(position),
-                normal: shown.normal,
-                // A cast saturates.
-                color: (255.0 * shown.color)
-                    .round()
-                    .to_array()
-                    .map(|channel| channel as u8),
-                label,
-                object: objects.as_ref().map_or(0, |objects| objects.of_node(node, label)),
-                entropy: f32::from(posterior.entropy[node as usize]) / ENTROPY_STEPS_PER_NAT,
-            }
-        })
-        .collect();
+    let shape = shape(solid, labelled, options).map_err(incomplete)?;
+    let (classes, vertices) = (&shape.classes, &shape.vertices);
     let colors = colors_by_id(classes);
     let colored: Vec<Vertex> = vertices
         .iter()
@@ -106,15 +133,11 @@ pub(super) fn write(
         return Err(ExportError::cancelled(folder, 0, frames));
     }
     super::prepare(folder, &[])?;
-    let listed = objects.as_ref().map_or(&[][..], |objects| &objects.listed);
-    let comments = comments(labelled.scene.unit, classes, listed);
+    let comments = comments(labelled.scene.unit, classes, &shape.objects);
     let name = solid.name();
     let mut written = Written::default();
-    for (name, vertices) in [
-        (name.to_owned(), &vertices),
-        (format!("{name}_classes"), &colored),
-    ] {
-        let bytes = ply::encode(&comments, vertices, triangles.as_deref());
+    for (name, vertices) in [(name.to_owned(), vertices), (format!("{name}_classes"), &colored)] {
+        let bytes = ply::encode(&comments, vertices, shape.triangles.as_deref());
         written.count(OutputFile::new(format!("{name}.ply"), bytes).write(folder)?);
     }
     let list = json_file("classes.json", classes).map_err(incomplete)?;

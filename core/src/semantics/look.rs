@@ -53,6 +53,7 @@ pub struct Look {
     /// The region of each node.
     regions: Vec<u32>,
     descriptors: Vec<Descriptor>,
+    vertical: Vec3,
 }
 
 impl Look {
@@ -64,13 +65,22 @@ impl Look {
         let edges = (0..nodes).flat_map(|from| graph.edges(from).map(move |(to, cost)| (cost, from, to)));
         let edges = edges.filter(|&(_, from, to)| from < to).collect();
         let regions = segments(graph.len(), edges, SCALE, FEWEST_NODES);
-        let descriptors = descriptors(graph, &regions, vertical(graph, up));
-        Self { regions, descriptors }
+        let vertical = vertical(graph, up);
+        Self {
+            descriptors: descriptors(graph, &regions, vertical),
+            regions,
+            vertical,
+        }
     }
 
     /// Number of regions.
     pub fn len(&self) -> usize {
         self.descriptors.len()
+    }
+
+    /// Upwards, in world coordinates, of unit length; zero where nothing tells.
+    pub fn vertical(&self) -> Vec3 {
+        self.vertical
     }
 
     /// Whether there are no regions.

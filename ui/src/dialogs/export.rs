@@ -97,6 +97,9 @@ fn description(format: Format) -> &'static str {
         }
         Format::CocoInstances => "instances.json with a mask for each connected region of a class.",
         Format::Labelme => "The images, and beside each a JSON of polygons to go on with in labelme.",
+        Format::Yolo => {
+            "Images, polygons of their regions and data.yaml, as the segmentation of YOLO reads them."
+        }
         Format::HuggingFace => {
             "Images, label images and metadata.jsonl, as load_dataset(\"imagefolder\") reads them."
         }
@@ -107,6 +110,10 @@ fn description(format: Format) -> &'static str {
         Format::Mesh => {
             "The surface as PLY, triangles whose corners have classes, in the capture's own coordinates: once in the \
              images' colours and once in the classes'."
+        }
+        Format::Boxes => {
+            "boxes.json: an upright box around each object, in the capture's own coordinates. With the points and labels \
+             that labelCloud opens."
         }
     }
 }
@@ -121,8 +128,10 @@ fn title(format: Format) -> &'static str {
         Format::CocoPanoptic => "COCO panoptic",
         Format::CocoInstances => "COCO instances",
         Format::Labelme => "labelme",
+        Format::Yolo => "YOLO",
         Format::HuggingFace => "Hugging Face",
         Format::PointCloud => "Point cloud",
         Format::Mesh => "Mesh",
+        Format::Boxes => "3D boxes",
     }
 }

@@ -104,9 +104,11 @@ fn files(format: Format) -> &'static str {
         | Format::CocoPanoptic
         | Format::CocoInstances
         | Format::Labelme
+        | Format::Yolo
         | Format::HuggingFace => "the data set; strokes.json",
         Format::PointCloud => "cloud.ply, cloud_classes.ply; classes.json; strokes.json",
         Format::Mesh => "mesh.ply, mesh_classes.ply; classes.json; strokes.json",
+        Format::Boxes => "boxes.json; pointclouds and labels; strokes.json",
     }
 }
 
