@@ -49,7 +49,7 @@ pub(crate) use lens::LARGEST_SIDE;
 pub use lens::{Distortion, Lens};
 use pixel_errors::PixelErrors;
 pub use pixels::{FramePixels, Pixels};
-pub use replica::{GroundTruth, write as write_replica};
+pub use replica::{GroundTruth, TrueObjects, write as write_replica};
 pub(crate) use replica::{intrinsics_line, pose_line, z_millimetres};
 use reprojection::PoseRefinement;
 pub use trajectory::Trajectory;

@@ -77,6 +77,7 @@ impl Small {
         let truth = GroundTruth {
             classes: &self.classes,
             labels: &|frame| self.truth[frame].clone(),
+            objects: None,
             held_out: &[],
         };
         write_replica(&self.scene, folder, Some(&truth)).expect("the capture can be written");

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use inplace_core::export::write_strokes;
-use inplace_core::scene::{GroundTruth, demo, write_replica};
+use inplace_core::scene::{GroundTruth, TrueObjects, demo, write_replica};
 
 use super::Failure;
 
@@ -19,9 +19,14 @@ pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
         .into());
     }
     let scene = shot.unrendered();
+    let (listed, of_frame) = shot.objects();
     let truth = GroundTruth {
         classes: &demo::classes(),
         labels: &shot.labels(),
+        objects: Some(TrueObjects {
+            listed: &listed,
+            of_frame: &of_frame,
+        }),
         held_out: &shot.held_out(),
     };
     write_replica(&scene, out, Some(&truth))?;

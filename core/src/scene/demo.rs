@@ -17,6 +17,7 @@ mod room;
 pub mod rooms;
 mod solid;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -27,7 +28,7 @@ use super::camera::sampled;
 use super::images::Turn;
 use super::pixels::{FirstRead, OnDisk, Unread};
 use super::{Cache, Camera, ColorImage, DepthMap, Frame, FramePixels, Pixels, Scene, SceneSource};
-use crate::labels::{Class, ClassId, LabelSet, Stroke, parse_class_list};
+use crate::labels::{Class, ClassId, LabelSet, Stroke, VOID, parse_class_list};
 use house::House;
 use light::LightMap;
 use render::View;
@@ -196,6 +197,41 @@ impl Shot {
     pub fn labels(&self) -> impl Fn(usize) -> Vec<ClassId> + Send + Sync + use<> {
         let (shot, house) = (*self, self.house());
         move |frame| shot.view(&house, frame).labels()
+    }
+
+    /// The numbers of all objects with their classes, and what finds out the true ones of a frame, row-major
+    /// `[height, width]`, at the pixel centres, 0 = void. All of a class that is stuff is one object.
+    pub fn objects(
+        &self,
+    ) -> (
+        BTreeMap<u16, ClassId>,
+        impl Fn(usize) -> Vec<u16> + Send + Sync + use<>,
+    ) {
+        let (shot, house) = (*self, self.house());
+        let stuff = classes().into_iter().filter(|class| !class.thing);
+        let mut number_of: BTreeMap<(ClassId, usize, u16), u16> =
+            stuff.map(|class| (class.id, 0, 0)).zip(1..).collect();
+        let is_stuff: BTreeSet<ClassId> = number_of.keys().map(|&(class, ..)| class).collect();
+        let key = move |class: ClassId, room: usize, object: u16| match is_stuff.contains(&class) {
+            true => (class, 0, 0),
+            false => (class, room, object),
+        };
+        for room in 0..house.count() {
+            for solid in &house.room(room).caster.solids {
+                let next = number_of.len() as u16 + 1;
+                let own = key(solid.class, room, solid.object);
+                number_of.entry(own).or_insert(next);
+            }
+        }
+        let listed = number_of.iter().map(|(&(class, ..), &number)| (number, class));
+        let listed = listed.collect();
+        let of_frame = move |frame: usize| {
+            let room = house.stand(frame, shot.frames).room;
+            let shown = shot.view(&house, frame).objects().into_iter();
+            let number = |(class, object)| number_of.get(&key(class, room, object)).copied();
+            shown.map(|shown| number(shown).unwrap_or(VOID)).collect()
+        };
+        (listed, of_frame)
     }
 
     /// Frames kept for testing: every second one. [`clicks`](Self::clicks) are on the others.

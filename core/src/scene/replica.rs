@@ -17,7 +17,7 @@ use super::rgbd::{self, DepthCode, Found, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError, transforms};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-pub use write::{GroundTruth, write};
+pub use write::{GroundTruth, TrueObjects, write};
 pub(crate) use write::{intrinsics_line, pose_line, z_millimetres};
 
 /// The format.

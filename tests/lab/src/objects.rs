@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{EvalError, LabelImage, SceneTruth, mean};
 use inplace_core::labels::{Class, ClassId, VOID};
+use inplace_core::scene::demo::{self, Shot};
 use inplace_core::scene::{Scene, SceneSource, numbered_images};
 
 /// An object of the ground truth: a line of `objects.json`.
@@ -33,15 +34,14 @@ pub struct ObjectTruth {
 }
 
 impl ObjectTruth {
-    /// Reads `semantic_instance/` and `objects.json` of a scene's folder, for the frames that have class labels.
+    /// Reads `semantic_instance/` and `objects.json` of a scene's folder, for the frames that have class labels; the demo has
+    /// its own.
     ///
     /// # Errors
     /// A scene without them, and files that cannot be used.
     pub fn read(scene: &Scene) -> Result<Self, EvalError> {
         let SceneSource::Folder(folder) = &scene.source else {
-            let reason =
-                "there is no ground truth of its objects; measure on a capture with semantic_instance";
-            return Err(EvalError::scene(scene, reason));
+            return Self::of_demo(scene);
         };
         let objects = read_objects(&folder.join("objects.json"))?;
         let mut images = SceneTruth::read(scene)?;
@@ -60,6 +60,27 @@ impl ObjectTruth {
                 return Err(EvalError::scene(scene, reason));
             }
         }
+        Ok(Self { images, objects })
+    }
+
+    fn of_demo(scene: &Scene) -> Result<Self, EvalError> {
+        let (listed, of_frame) = Shot::default().objects();
+        let mut images = SceneTruth::read(scene)?;
+        for (&frame, classes) in &mut images.images {
+            classes.labels = of_frame(frame);
+        }
+        let all = demo::classes();
+        let object = |(id, class_id)| {
+            let class = all.iter().find(|class| class.id == class_id)?;
+            let object = TrueObject {
+                id,
+                class_id,
+                class_name: class.name.clone(),
+                thing: class.thing,
+            };
+            Some((id, object))
+        };
+        let objects = listed.into_iter().filter_map(object).collect();
         Ok(Self { images, objects })
     }
 
@@ -115,11 +136,16 @@ pub struct SegmentCounts {
     void: BTreeMap<Segment, u64>,
 }
 
+/// Intersections over union at which a segment is good, as interactive segmentation counts clicks to them.
+pub const GOOD: [f64; 3] = [0.8, 0.85, 0.9];
+
 /// How good segments are, each 0..=1; `None` where there are none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SegmentScores {
     /// Mean over the true segments of the intersection over union with the predicted segment of the same class and number.
     pub iou: Option<f64>,
+    /// Shares of the true segments for which that is at least each of [`GOOD`].
+    pub good: [f64; 3],
     /// Panoptic quality (Kirillov et al. 2019), pooled over the segments; true and predicted segments match where their
     /// class is the same and their intersection over union is more than one half.
     pub pq: Option<f64>,
@@ -189,6 +215,10 @@ impl SegmentCounts {
         let sum: f64 = matches.iter().map(|&(_, iou)| iou).sum();
         let known = |value: f64| (all > 0.0).then_some(value);
         SegmentScores {
+            good: GOOD.map(|least| {
+                let reached = ious.iter().filter(|&&iou| iou >= least).count();
+                reached as f64 / ious.len().max(1) as f64
+            }),
             iou: (!ious.is_empty()).then(|| mean(ious)),
             pq: known(sum / all),
             sq: known(sum / matches.len().max(1) as f64),
@@ -227,6 +257,8 @@ mod tests {
         let things = counts.scores(&|class| class == 2);
         // Chair 1: 8 of 11; chair 2 has no prediction of its number, and matches chair 7: 10 of 12.
         close(things.iou, 8.0 / 11.0 / 2.0);
+        assert_eq!(things.good, [0.0; 3]);
+        assert_eq!(counts.scores(&|class| class == 1).good, [1.0; 3]);
         close(things.pq, (8.0 / 11.0 + 10.0 / 12.0) / 2.0);
         close(things.rq, 1.0);
         close(counts.scores(&|class| class == 1).sq, 0.9);

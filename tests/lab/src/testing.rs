@@ -89,6 +89,7 @@ pub fn capture_of(folder: &Path, (width, height): (u32, u32), classes: [Class; 2
     let truth = GroundTruth {
         classes: &classes,
         labels: &|frame| labels[frame].clone(),
+        objects: None,
         held_out: &[1, 3, 5],
     };
     write_replica(&scene, folder, Some(&truth)).unwrap();

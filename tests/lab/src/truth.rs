@@ -239,6 +239,7 @@ mod tests {
         let written = GroundTruth {
             classes: &classes,
             labels: &|frame| labels[frame].clone(),
+            objects: None,
             held_out: &[1, 3],
         };
         write_replica(&scene, &folder, Some(&written)).unwrap();

@@ -55,6 +55,7 @@ impl Part<'_> {
             center: center.into(),
             material: self.1,
             class: self.0,
+            object: builder.object,
         });
     }
 
@@ -118,6 +119,8 @@ impl Part<'_> {
 pub struct Builder {
     pub(super) solids: Vec<Solid>,
     pub(super) bulbs: Vec<Bulb>,
+    /// Number of the object that solids belong to.
+    pub(super) object: u16,
 }
 
 impl Builder {

@@ -1,6 +1,8 @@
 //! What stands and hangs in the room, as listed in `furniture.json`. Every piece is built in its own axes: x along it,
 //! y to its front, z up, with the middle of its back edge or of itself at the origin.
 
+use std::collections::BTreeMap;
+
 use glam::Mat3;
 use serde::Deserialize;
 
@@ -48,14 +50,19 @@ enum Form {
     Leaves,
 }
 
-/// Puts window, door and furniture into the room.
+/// Puts window, door and furniture into the room. The solids of a piece that are of one class and in one place inside it are
+/// an object, but each cushion and each row of books is one by itself.
 pub(super) fn furnish(builder: &mut Builder) {
     let classes = super::classes();
     // Compiled in, and a test looks at what it renders to.
     let pieces: Vec<Piece> = serde_json::from_str(include_str!("furniture.json")).unwrap_or_default();
+    let mut count = 0;
     for piece in pieces {
         let [x, y, degrees] = piece.at;
+        let mut objects = BTreeMap::new();
         for record in piece.parts {
+            let places = record.inner.iter().map(|(offset, _)| offset.map(f32::to_bits));
+            let own = (record.class.clone(), places.collect::<Vec<_>>());
             let inner = |place: Place, &(offset, degrees): &_| place.inner(offset, degrees);
             let place = record.inner.iter().fold(Place::new(x, y, degrees), inner);
             let class = classes.iter().find(|class| class.name == record.class);
@@ -63,6 +70,13 @@ pub(super) fn furnish(builder: &mut Builder) {
             let material = Material::glowing(color, record.pattern, record.emission);
             let part = Part(class.map_or(VOID, |class| class.id), material, &place);
             for form in record.solids {
+                let is_single = matches!(form, Form::Cushion(..) | Form::Books(..));
+                let known = objects.get(&own).copied().filter(|_| !is_single);
+                builder.object = known.unwrap_or_else(|| {
+                    count += 1;
+                    count
+                });
+                objects.insert(own.clone(), builder.object);
                 match form {
                     Form::Block(min, max) => part.block(builder, min, max),
                     Form::Soft(min, max, radius) => part.soft(builder, min, max, radius),

@@ -67,12 +67,18 @@ impl View<'_> {
 
     /// Classes at the pixel centres, row-major `[height, width]`: of the first surface, be it a mirror or glass.
     pub fn labels(&self) -> Vec<ClassId> {
+        self.objects().into_iter().map(|(class, _)| class).collect()
+    }
+
+    /// The same with the objects of the room.
+    pub fn objects(&self) -> Vec<(ClassId, u16)> {
         (0..self.camera.pixels())
             .map(|index| {
                 let (x, y) = self.center(index);
                 let (hit, direction) = self.cast(x, y);
                 let point = self.eye() + hit.distance * direction;
-                self.caster.class(hit.solid, point)
+                let object = self.caster.solids[hit.solid].object;
+                (self.caster.class(hit.solid, point), object)
             })
             .collect()
     }

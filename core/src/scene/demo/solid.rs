@@ -35,6 +35,8 @@ pub(super) struct Solid {
     pub center: Vec3A,
     pub material: Material,
     pub class: ClassId,
+    /// Which object of its room it is part of.
+    pub object: u16,
 }
 
 impl Solid {
@@ -265,6 +267,7 @@ mod tests {
                 center: Vec3A::new(1.0, 2.0, 0.7),
                 material: Material::plain(srgb(0xFF_FFFF)),
                 class: 1,
+                object: 0,
             };
             for chart in 0..CHARTS {
                 if solid.chart_size(chart) == Vec2::ZERO {

@@ -113,6 +113,31 @@ fn frames_are_shared_evenly_among_rooms_and_taken_inside_them() {
 }
 
 #[test]
+fn every_thing_is_an_object_with_a_number_of_its_own_in_each_room() {
+    let shot = Shot { rooms: 2, ..ROOMS };
+    let (listed, objects) = shot.objects();
+    let of_class = |name: &str| {
+        let class = classes().into_iter().find(|class| class.name == name).unwrap();
+        listed.values().filter(|&&own| own == class.id).count()
+    };
+    assert_eq!(
+        ["wall", "bed", "chair", "pillow", "cushion", "picture"].map(of_class),
+        [1, 2, 4, 4, 6, 8]
+    );
+    let things = classes().into_iter().filter(|class| class.thing);
+    let things: BTreeSet<ClassId> = things.map(|class| class.id).collect();
+    let mut seen = [BTreeSet::new(), BTreeSet::new()];
+    for (frame, classes) in shot.ground_truth().iter().enumerate() {
+        let shown = objects(frame);
+        let own = shown.iter().zip(classes);
+        assert!(own.clone().all(|(object, class)| listed[object] == *class));
+        let of_things = own.filter(|(_, class)| things.contains(class));
+        seen[usize::from(frame >= 15)].extend(of_things.map(|(object, _)| *object));
+    }
+    assert!(seen.iter().all(|own| own.len() > 20) && seen[0].is_disjoint(&seen[1]));
+}
+
+#[test]
 fn several_rooms_agree_with_themselves_and_are_unlike_each_other() {
     let (scene, truth) = (ROOMS.scene(&|_, _| {}), ROOMS.ground_truth());
     for (a, b) in [(0, 1), (10, 11), (16, 17), (20, 21), (29, 20)] {

@@ -83,9 +83,15 @@ fn ground_truth_is_written_beside_the_frames() {
     let truth = GroundTruth {
         classes: &classes,
         labels: &|frame| labels[frame].clone(),
+        objects: Some(TrueObjects {
+            listed: &[(1, 3), (700, 200)].into(),
+            of_frame: &|frame| vec![[1, 700][frame]; 48],
+        }),
         held_out: &[1],
     };
     write(&scene, &folder, Some(&truth)).unwrap();
+    let image = image::open(folder.join("semantic_instance/semantic_instance_1.png")).unwrap();
+    assert_eq!(image.as_luma16().unwrap().as_raw(), &[700; 48]);
     let image = image::open(folder.join("semantic_class/semantic_class_1.png")).unwrap();
     assert_eq!(image.as_luma8().unwrap().as_raw(), &[200; 48]);
     let read = |name: &str| -> serde_json::Value {
@@ -93,6 +99,9 @@ fn ground_truth_is_written_beside_the_frames() {
     };
     assert_eq!(read("classes.json"), serde_json::to_value(&classes).unwrap());
     assert_eq!(read("split.json"), serde_json::json!({"train": [0], "test": [1]}));
+    let record = |id: u16, class: &Class| serde_json::json!({ "id": id, "class_id": class.id, "class_name": class.name, "thing": class.thing });
+    let listed = serde_json::json!([record(1, &classes[0]), record(700, &classes[1])]);
+    assert_eq!(read("objects.json"), listed);
 }
 
 #[test]
@@ -104,6 +113,7 @@ fn nothing_is_written_over_a_folder_in_use_and_no_rest_is_left() {
     let truth = GroundTruth {
         classes: &[],
         labels: &|_| Vec::new(),
+        objects: None,
         held_out: &[],
     };
     assert!(write(&tiny_scene(1), &parent.path().join("other"), Some(&truth)).is_err());

@@ -1,5 +1,6 @@
 //! Writing the layout.
 
+use std::collections::BTreeMap;
 use std::fmt::{Display, Write as _};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,13 +21,26 @@ pub struct GroundTruth<'a> {
     pub classes: &'a [Class],
     /// Classes of the pixels of the frame with this index, row-major `[height, width]`, 0 = void; from any thread.
     pub labels: &'a (dyn Fn(usize) -> Vec<ClassId> + Sync),
+    /// The objects, where they are known too.
+    pub objects: Option<TrueObjects<'a>>,
     /// Indices of the frames kept for testing; the others are for training.
     pub held_out: &'a [usize],
 }
 
+/// The true objects of a scene.
+#[derive(Clone, Copy)]
+pub struct TrueObjects<'a> {
+    /// The class of each object, by its number from 1 on. All of a class that is stuff is one object.
+    pub listed: &'a BTreeMap<u16, ClassId>,
+    /// Objects of the pixels of the frame with this index, row-major `[height, width]`, 0 = void; from any thread.
+    pub of_frame: &'a (dyn Fn(usize) -> Vec<u16> + Sync),
+}
+
 /// Writes a scene in the Replica layout into a new or empty folder; frame N of the scene becomes `rgb_N`.
 ///
-/// With ground truth, also `semantic_class/semantic_class_N.png` (8 bit), `classes.json` and `split.json`.
+/// With ground truth, also `semantic_class/semantic_class_N.png` (8 bit), `classes.json` and `split.json`; with objects
+/// `semantic_instance/semantic_instance_N.png` (16 bit) and `objects.json`, a list of `{"id", "class_id", "class_name",
+/// "thing"}`.
 /// Everything is written under a temporary name beside the folder and renamed at the end: no half-written
 /// scene is ever found under the folder's name.
 ///
@@ -102,7 +116,9 @@ fn label_bytes(folder: &Path, frame: &Frame, labels: &[ClassId]) -> Result<Vec<u
 fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) -> Result<(), SceneError> {
     let depth = scene.has_depth().then_some("depth");
     let labels = truth.map(|_| "semantic_class");
-    for name in [Some("rgb"), depth, labels].into_iter().flatten() {
+    let objects = truth.and_then(|truth| truth.objects);
+    let instances = objects.map(|_| "semantic_instance");
+    for name in [Some("rgb"), depth, labels, instances].into_iter().flatten() {
         create_folder(&folder.join(name))?;
     }
     scene
@@ -128,6 +144,11 @@ fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) ->
                 let labels = folder.join(format!("semantic_class/semantic_class_{number}.png"));
                 save(labels, &ids, ExtendedColorType::L8)?;
             }
+            if let Some(objects) = objects {
+                let numbers = (objects.of_frame)(number);
+                let images = folder.join(format!("semantic_instance/semantic_instance_{number}.png"));
+                save(images, bytemuck::cast_slice(&numbers), ExtendedColorType::L16)?;
+            }
             Ok(())
         })?;
     write_text(&folder.join("traj_w_c.txt"), &trajectory(scene))?;
@@ -139,6 +160,16 @@ fn write_files(scene: &Scene, folder: &Path, truth: Option<&GroundTruth<'_>>) ->
             &folder.join("classes.json"),
             &format!("{:#}\n", json!(truth.classes)),
         )?;
+        if let Some(objects) = objects {
+            let record = |(id, class_id): (&u16, &ClassId)| {
+                let class = truth.classes.iter().find(|class| class.id == *class_id)?;
+                Some(
+                    json!({ "id": id, "class_id": class_id, "class_name": class.name, "thing": class.thing }),
+                )
+            };
+            let listed: Vec<_> = objects.listed.iter().filter_map(record).collect();
+            write_text(&folder.join("objects.json"), &format!("{:#}\n", json!(listed)))?;
+        }
         let train: Vec<usize> = (0..scene.frames.len())
             .filter(|frame| !truth.held_out.contains(frame))
             .collect();
