@@ -100,8 +100,8 @@ pub struct SimulateArguments {
         value_parser = baseline
     )]
     pub baselines: Vec<Baseline>,
-    /// Click on objects in place of classes, as many times on each, and measure the objects of the maps: of a capture with
-    /// semantic_instance and objects.json, on the surface graph alone. Writes objects.csv.
+    /// Click on objects in place of classes, as many times on each, and measure the objects of the maps: of the demo or a
+    /// capture with semantic_instance and objects.json, on the surface graph alone. Writes objects.csv.
     #[arg(long, conflicts_with_all = ["baselines", "settle"])]
     pub objects: bool,
     /// Print the results as JSON.
@@ -236,6 +236,9 @@ pub struct LatencyArguments {
     /// Clicks in each scene.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
     pub clicks: u16,
+    /// Objects that strokes name before the first click; each click is on another one then.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub objects: u16,
     /// Where latency.json and latency.svg go.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,

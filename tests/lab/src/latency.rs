@@ -1,5 +1,6 @@
 //! How long a click waits for its maps while the session trains.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rand::{Rng, SeedableRng, rngs::SmallRng};
@@ -8,7 +9,8 @@ use serde::Serialize;
 use super::learnt::{wait_for_map, wait_for_surface};
 use super::simulate::{Annotator, Click, Policy};
 use super::{EvalError, SceneTruth};
-use inplace_core::labels::LabelSet;
+use inplace_core::export::peak_memory;
+use inplace_core::labels::{LabelSet, Object, ObjectId};
 use inplace_core::session::{Client, Command, SessionOptions};
 
 /// How long training goes on between clicks, in milliseconds: random, so that clicks fall on all of its work.
@@ -29,6 +31,8 @@ pub struct Latency {
     pub frames: usize,
     /// Number of classes.
     pub classes: usize,
+    /// Number of objects that strokes named before the first click; then each click named another one.
+    pub objects: usize,
     /// Voxels of the surface at the last click.
     pub surface_nodes: usize,
     /// Whether depth was read.
@@ -37,6 +41,8 @@ pub struct Latency {
     pub threads: usize,
     /// Seed of the clicks and of the session.
     pub seed: u64,
+    /// Most memory that the process has taken, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
     /// Sessions that it took: when a field was trained, a new one went on from the same labels.
     pub sessions: usize,
 }
@@ -77,7 +83,7 @@ impl Percentiles {
 /// A scene without ground truth or with a single frame to label, and whatever stops a session.
 pub fn click_latency(
     options: &SessionOptions,
-    clicks: usize,
+    (clicks, objects): (usize, usize),
     progress: &mut dyn FnMut(&str),
 ) -> Result<Latency, EvalError> {
     // Training goes on whatever the labels need: a click has to be fast all the same.
@@ -96,6 +102,20 @@ pub fn click_latency(
         return Err(EvalError::scene(&scene, too_few));
     }
     wait_for_surface(&mut run)?;
+    let rounds = objects.div_ceil(annotator.classes().len().max(1));
+    let mut named = annotator.clicks(Policy::Random, rounds, !options.seed);
+    named.truncate(objects);
+    let labels = |clicks: usize| {
+        let mut labels = annotator.labels(&[&named, &planned[..clicks]].concat());
+        if objects > 0 {
+            name_objects(&mut labels);
+        }
+        labels
+    };
+    // After so many clicks.
+    let generation = |clicks: usize| clicks as u64 + 1;
+    run.label(labels(0), generation(0));
+    run.mapped(generation(0))?;
 
     let mut rng = SmallRng::seed_from_u64(options.seed);
     let mut rest = || Duration::from_millis(rng.random_range(REST_MS));
@@ -109,11 +129,11 @@ pub fn click_latency(
             drop(run);
             sessions += 1;
             let before = number - 1;
-            run = going_on(options, annotator.labels(&planned[..before]), before as u64)?;
+            run = going_on(options, labels(before), generation(before))?;
             run.work_until(Instant::now() + rest())?;
         }
-        let labels = annotator.labels(&planned[..number]);
-        let (view, all) = waited(&mut run, planned[number - 1].frame, labels, number as u64)?;
+        let frame = planned[number - 1].frame;
+        let (view, all) = waited(&mut run, frame, labels(number), generation(number))?;
         in_view.push(view);
         all_frames.push(all);
     }
@@ -125,12 +145,27 @@ pub fn click_latency(
         clicks,
         frames: scene.frames.len(),
         classes: annotator.classes().len(),
+        objects: named.len(),
+        peak_memory_bytes: peak_memory(),
         surface_nodes: run.status().surface_nodes,
         depth: scene.has_depth(),
         threads: options.threads,
         seed: options.seed,
         sessions,
     })
+}
+
+/// Has each stroke say an object of its own; all classes become things.
+fn name_objects(labels: &mut LabelSet) {
+    labels.classes.iter_mut().for_each(|class| class.thing = true);
+    for (number, stroke) in (1..).zip(labels.strokes.values_mut()) {
+        let Some(id) = ObjectId::new(number) else {
+            return;
+        };
+        let (class, name) = (stroke.class, format!("object {number}"));
+        labels.objects.push(Object { id, class, name });
+        Arc::make_mut(stroke).object = Some(id);
+    }
 }
 
 /// So many clicks, equally many of every class, without those on the frame of the click before.

@@ -11,7 +11,7 @@ use serde::{Serialize, Serializer};
 pub use annotator::{Annotator, Click, Policy};
 pub use baseline::Baseline;
 pub use experiment::simulate;
-pub use objects::{OBJECT_COLUMNS, ObjectPoint, object_rows, simulate_objects};
+pub use objects::{OBJECT_COLUMNS, ObjectPoint, click_rows, object_rows, simulate_objects};
 
 use super::table::csv;
 use super::{Calibration, Scores};

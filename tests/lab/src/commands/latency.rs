@@ -26,7 +26,8 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
     for argument in &arguments.scenes {
         let options = session_options(training, SceneSource::from_argument(argument), cores());
         let mut progress = Progress::default();
-        measured.push(click_latency(&options, arguments.clicks.into(), &mut |what| {
+        let clicks = (arguments.clicks.into(), arguments.objects.into());
+        measured.push(click_latency(&options, clicks, &mut |what| {
             progress.show(&format!("{}: {what}", argument.display()));
         })?);
     }

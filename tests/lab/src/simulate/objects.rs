@@ -1,6 +1,6 @@
 //! The interactive experiment with objects: the annotator says which chair it is, not only that it is one.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::{Annotator, Click, Policy};
 use crate::arguments::SimulateArguments;
 use crate::learnt::{pool, trained_surface};
-use crate::objects::{ObjectTruth, Segment, SegmentCounts, SegmentScores};
+use crate::objects::{GOOD, ObjectTruth, Segment, SegmentCounts, SegmentScores};
 use crate::{EvalError, mean};
 use inplace_core::guide::{Suggestion, suggest};
 use inplace_core::labels::{ClassId, Label, LabelSet, Object, ObjectId, Stroke, VOID};
@@ -43,6 +43,12 @@ pub struct ObjectPoint {
     pub iou_things: Option<f64>,
     /// See [`ObjectPoint::iou_things`].
     pub iou_stuff: Option<f64>,
+    /// Share of the objects with an intersection over union of at least 0.8; not known where no object was named.
+    pub good_80: Option<f64>,
+    /// The same of 0.85.
+    pub good_85: Option<f64>,
+    /// The same of 0.9.
+    pub good_90: Option<f64>,
     /// Panoptic quality of the scene, all frames taken together; of things and of stuff with their parts.
     pub pq: Option<f64>,
     /// See [`ObjectPoint::pq`].
@@ -60,7 +66,8 @@ pub struct ObjectPoint {
 }
 
 /// The columns of `objects.csv`, one row for each point.
-pub const OBJECT_COLUMNS: &str = "scene policy seed clicks_per_object clicks iou:4 iou_things:4 iou_stuff:4 pq:4 \
+pub const OBJECT_COLUMNS: &str = "scene policy seed clicks_per_object clicks iou:4 iou_things:4 iou_stuff:4 \
+                                  good_80:4 good_85:4 good_90:4 pq:4 \
                                   pq_things:4 pq_stuff:4 sq_things:4 rq_things:4 objects wall_s:2";
 
 /// Runs the experiment on the surface graph alone, with seeds that count up from that of the session.
@@ -237,6 +244,7 @@ impl Run<'_> {
         let of_things = counts.scores(&|class| things.contains(&class));
         let of_stuff = counts.scores(&|class| !things.contains(&class));
         let named = |scores: &SegmentScores| scores.iou.filter(|_| clicks_per_object > 0);
+        let [good_80, good_85, good_90] = all.good.map(|share| (clicks_per_object > 0).then_some(share));
         Ok(ObjectPoint {
             scene: self.scene.name(),
             policy: policy.to_owned(),
@@ -246,6 +254,9 @@ impl Run<'_> {
             iou: named(&all),
             iou_things: named(&of_things),
             iou_stuff: of_stuff.iou,
+            good_80,
+            good_85,
+            good_90,
             pq: all.pq,
             pq_things: of_things.pq,
             sq_things: of_things.sq,
@@ -255,6 +266,37 @@ impl Run<'_> {
             wall_s: labelling.as_secs_f64(),
         })
     }
+}
+
+/// The clicks on an object that it takes until its intersection over union is at least each of [`GOOD`], a row for each policy:
+/// means over the objects and the seeds. Those that never get there count as the most clicks that were made.
+pub fn click_rows(points: &[ObjectPoint]) -> Vec<Vec<String>> {
+    let named: Vec<&ObjectPoint> = points
+        .iter()
+        .filter(|point| point.clicks_per_object > 0)
+        .collect();
+    let of_policy = named.chunk_by(|a, b| a.policy == b.policy);
+    let mut sums: BTreeMap<&str, Vec<[f64; 3]>> = BTreeMap::new();
+    for runs in of_policy {
+        for run in runs.chunk_by(|a, b| a.seed == b.seed) {
+            let mut clicks = [run[0].clicks_per_object as f64; 3];
+            for pair in run.windows(2) {
+                let more = (pair[1].clicks_per_object - pair[0].clicks_per_object) as f64;
+                let good = [pair[0].good_80, pair[0].good_85, pair[0].good_90];
+                for (sum, good) in clicks.iter_mut().zip(good) {
+                    *sum += more * (1.0 - good.unwrap_or(0.0));
+                }
+            }
+            sums.entry(&run[0].policy).or_default().push(clicks);
+        }
+    }
+    let row = |(policy, runs): (&str, Vec<[f64; 3]>)| {
+        let mean_of = |place: usize| format!("{:.1}", mean(runs.iter().map(|run| run[place])));
+        let mut row = vec![policy.to_owned()];
+        row.extend((0..GOOD.len()).map(mean_of));
+        row
+    };
+    sums.into_iter().map(row).collect()
 }
 
 /// Means over the seeds, a row for each policy and number of clicks, for people.
