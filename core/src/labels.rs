@@ -19,12 +19,12 @@ mod stroke;
 #[cfg(test)]
 pub(crate) mod testing;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 pub use class::{Class, ClassId, VOID, default_color, is_thing};
 pub(crate) use class::{DEFAULT_COLORS, rgb};
-pub use edit::{Edit, ImportChange, StrokeChange};
+pub use edit::{CheckChange, Edit, ImportChange, StrokeChange};
 pub use file::{StrokesError, StrokesProblem, parse_strokes, read_strokes, strokes_json};
 pub use history::{AddedClasses, History};
 pub use import::{ImportError, LabelImages, in_frame, label_image_files, read_class_list, read_label_images};
@@ -49,6 +49,8 @@ pub struct LabelSet {
     pub strokes: BTreeMap<StrokeId, Arc<Stroke>>,
     /// Label images from elsewhere; strokes cover them.
     pub imported: Option<Arc<ImportedLabels>>,
+    /// Indices of the frames that a person has marked as checked.
+    pub checked: BTreeSet<usize>,
 }
 
 impl LabelSet {

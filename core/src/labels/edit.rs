@@ -27,6 +27,15 @@ pub struct ImportChange {
     pub after: Option<ImportId>,
 }
 
+/// A frame was marked as checked, or the mark was taken away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CheckChange {
+    /// Index of the frame.
+    pub frame: usize,
+    /// Whether it is marked after the edit; before, it was the other way round.
+    pub after: bool,
+}
+
 /// One step that a person can undo: everything that it changed, with what was there before.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Edit {
@@ -42,6 +51,9 @@ pub struct Edit {
     /// The label images from elsewhere, where they changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imported: Option<ImportChange>,
+    /// The mark of a frame, where it changed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub checked: Option<CheckChange>,
 }
 
 impl Edit {
@@ -56,7 +68,20 @@ impl Edit {
         if let Some(change) = &mut edit.imported {
             std::mem::swap(&mut change.before, &mut change.after);
         }
+        if let Some(change) = &mut edit.checked {
+            change.after = !change.after;
+        }
         edit
+    }
+
+    /// Whether the maps may be others after it: an edit that only marks a frame changes none.
+    pub fn changes_maps(&self) -> bool {
+        let rest = [
+            self.classes.is_some(),
+            self.objects.is_some(),
+            self.imported.is_some(),
+        ];
+        !self.strokes.is_empty() || rest.contains(&true)
     }
 
     pub(super) fn apply(&self, labels: &mut LabelSet, imports: &BTreeMap<ImportId, Arc<ImportedLabels>>) {
@@ -74,6 +99,12 @@ impl Edit {
         }
         if let Some(change) = &self.imported {
             labels.imported = change.after.and_then(|id| imports.get(&id)).cloned();
+        }
+        if let Some(CheckChange { frame, after }) = self.checked {
+            match after {
+                true => labels.checked.insert(frame),
+                false => labels.checked.remove(&frame),
+            };
         }
     }
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 pub use classes::AddedClasses;
 
-use super::{Edit, ImportId, ImportedLabels, LabelSet};
+use super::{CheckChange, Edit, ImportId, ImportedLabels, LabelSet};
 
 /// The labels with the edits that led to them: what the window changes, and what a project keeps.
 #[derive(Clone, Debug, Default)]
@@ -104,6 +104,27 @@ impl History {
         self.commit(edit);
     }
 
+    /// Marks a frame as checked by a person, or takes the mark away.
+    pub fn toggle_checked(&mut self, frame: usize) -> Edit {
+        let after = !self.labels.checked.contains(&frame);
+        let name = if after {
+            "mark as checked"
+        } else {
+            "mark as not checked"
+        };
+        self.commit(Edit {
+            name: name.to_owned(),
+            checked: Some(CheckChange { frame, after }),
+            ..Edit::default()
+        })
+    }
+
+    /// Number of the edits in force that changed the maps: a measure of whether they may have changed since.
+    pub fn map_edits(&self) -> usize {
+        let in_force = self.edits.iter().take(self.cursor);
+        in_force.filter(|edit| edit.changes_maps()).count()
+    }
+
     fn commit(&mut self, edit: Edit) -> Edit {
         self.apply(&edit);
         self.edits.truncate(self.cursor);
@@ -149,6 +170,8 @@ mod tests {
         history.erase(0, &[[1, 1]], 1).unwrap();
         states.push(history.labels().clone());
         history.merge_class(floor, wall).unwrap();
+        states.push(history.labels().clone());
+        history.toggle_checked(3);
         states.push(history.labels().clone());
         history.delete_class(wall).unwrap();
         assert!(history.labels().strokes.is_empty() && history.labels().class(wall).is_none());

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::contents::some_names;
 use super::error::Fault;
-use crate::labels::{Class, Edit, History, ImportId, LabelSet, Object, Stroke, StrokeId};
+use crate::labels::{CheckChange, Class, Edit, History, ImportId, LabelSet, Object, Stroke, StrokeId};
 use crate::scene::LARGEST_SIDE;
 
 /// Where labels and edits contradict each other, or edits one another. None do in a file that was only written here.
@@ -15,6 +15,7 @@ pub(super) struct Doubts {
     classes: bool,
     objects: bool,
     imported: bool,
+    checked: bool,
 }
 
 impl Doubts {
@@ -59,6 +60,9 @@ impl Doubts {
         if self.imported {
             parts.push("the imported label images".to_owned());
         }
+        if self.checked {
+            parts.push("the frames that are checked".to_owned());
+        }
         (!parts.is_empty()).then(|| {
             format!(
                 "{}: differs from its own edit history in {}, so something has changed the file from outside; check them",
@@ -76,6 +80,7 @@ struct States<'a> {
     classes: Option<&'a [Class]>,
     objects: Option<&'a [Object]>,
     imported: Option<Option<ImportId>>,
+    checked: BTreeMap<usize, bool>,
 }
 
 impl<'a> States<'a> {
@@ -96,6 +101,9 @@ impl<'a> States<'a> {
             let known = self.imported.replace(change.after);
             doubts.imported |= known.is_some_and(|known| known != change.before);
         }
+        if let Some(CheckChange { frame, after }) = edit.checked {
+            doubts.checked |= self.checked.insert(frame, after) == Some(after);
+        }
     }
 
     /// Compares with the labels in force, and takes them for known from here on.
@@ -108,12 +116,16 @@ impl<'a> States<'a> {
         doubts.classes |= self.classes.is_some_and(|classes| classes != labels.classes);
         doubts.objects |= self.objects.is_some_and(|objects| objects != labels.objects);
         doubts.imported |= self.imported.is_some_and(|imported| imported != in_force);
+        let differs = |(frame, &after): (&usize, &bool)| labels.checked.contains(frame) != after;
+        doubts.checked |= self.checked.iter().any(differs);
         let present = labels.strokes.iter();
         self.strokes
             .extend(present.map(|(&id, stroke)| (id, Some(stroke.as_ref()))));
         self.classes = Some(&labels.classes);
         self.objects = Some(&labels.objects);
         self.imported = Some(in_force);
+        self.checked
+            .extend(labels.checked.iter().map(|&frame| (frame, true)));
     }
 }
 
@@ -185,7 +197,8 @@ pub(super) fn check(labels: &LabelSet, edits: &[Edit], frames: usize) -> Result<
         let mut strokes = strokes
             .flat_map(|change| [&change.before, &change.after])
             .flatten();
-        if !strokes.all(|stroke| stroke.frame < frames && is_sane(stroke)) {
+        let is_listed = edit.checked.is_none_or(|change| change.frame < frames);
+        if !is_listed || !strokes.all(|stroke| stroke.frame < frames && is_sane(stroke)) {
             return damaged(format!(
                 "edit {number} is on a frame or a pixel that there is not"
             ));

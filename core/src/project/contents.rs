@@ -269,6 +269,7 @@ fn renumbered(history: &History, new_index: &[usize], record: &SceneRecord) -> (
             .map(|(&id, old)| (id, Arc::new(stroke(old))))
             .collect(),
         imported: None,
+        checked: labels.checked.iter().map(|&frame| place(frame)).collect(),
     };
     let (edits, cursor) = history.edits();
     let edit = |edit: &Edit| {
@@ -276,6 +277,9 @@ fn renumbered(history: &History, new_index: &[usize], record: &SceneRecord) -> (
         for change in &mut edit.strokes {
             change.before = change.before.as_ref().map(stroke);
             change.after = change.after.as_ref().map(stroke);
+        }
+        if let Some(change) = &mut edit.checked {
+            change.frame = place(change.frame);
         }
         edit
     };

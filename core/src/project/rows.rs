@@ -11,7 +11,9 @@ use super::consistency::{self, Doubts};
 use super::contents::Pending;
 use super::error::Fault;
 use super::{Contents, FrameRecord, SceneRecord, Step, imports, location, schema};
-use crate::labels::{Class, Edit, History, LabelSet, Object, ObjectId, Stroke, StrokeId, is_thing, png};
+use crate::labels::{
+    CheckChange, Class, Edit, History, LabelSet, Object, ObjectId, Stroke, StrokeId, is_thing, png,
+};
 use crate::scene::{ImageError, SceneSource};
 use crate::session::{FrameMap, ModelState};
 
@@ -37,6 +39,9 @@ pub(super) fn write_all(
     }
     write_classes(connection, &history.labels().classes)?;
     write_objects(connection, &history.labels().objects)?;
+    for &frame in &history.labels().checked {
+        write_checked(connection, CheckChange { frame, after: true })?;
+    }
     for (&id, stroke) in &history.labels().strokes {
         write_stroke(connection, id, stroke)?;
     }
@@ -118,6 +123,9 @@ fn apply(connection: &Connection, edit: &Edit) -> rusqlite::Result<()> {
     if let Some((_, after)) = &edit.objects {
         write_objects(connection, after)?;
     }
+    if let Some(change) = edit.checked {
+        write_checked(connection, change)?;
+    }
     match &edit.imported {
         Some(change) => imports::put_in_force(connection, change.after),
         None => Ok(()),
@@ -164,6 +172,11 @@ fn write_objects(connection: &Connection, objects: &[Object]) -> rusqlite::Resul
         execute(connection, insert, row)?;
     }
     Ok(())
+}
+
+fn write_checked(connection: &Connection, change: CheckChange) -> rusqlite::Result<()> {
+    let update = "UPDATE frame SET checked = ?2 WHERE number = ?1";
+    execute(connection, update, params![integer(change.frame), change.after])
 }
 
 fn write_edit(connection: &Connection, number: usize, edit: &Edit) -> rusqlite::Result<()> {
@@ -229,8 +242,9 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Fau
     let (cursor, view) = connection.query_row("SELECT cursor, view FROM project", [], |row| {
         Ok((unsigned(row, 0)?, row.get(1)?))
     })?;
-    // A file that could not be brought up to date knows of no objects.
-    let (classes, objects, strokes) = match schema::version(connection)? {
+    // A file that could not be brought up to date knows of no objects and no marks.
+    let version = schema::version(connection)?;
+    let (classes, objects, strokes) = match version {
         ..4 => (
             "SELECT id, name, red, green, blue, NULL FROM class ORDER BY position",
             None,
@@ -243,11 +257,19 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Fau
         ),
     };
     let objects = objects.map(|objects| rows(connection, objects, read_object));
+    let checked = match version {
+        ..5 => Vec::new(),
+        _ => {
+            let checked = "SELECT number FROM frame WHERE checked";
+            rows(connection, checked, |row| unsigned(row, 0))?
+        }
+    };
     let labels = LabelSet {
         classes: rows(connection, classes, read_class)?,
         objects: objects.transpose()?.unwrap_or_default(),
         strokes: rows(connection, strokes, read_stroke)?.into_iter().collect(),
         imported: None,
+        checked: checked.into_iter().collect(),
     };
     let edits = "SELECT change FROM edit ORDER BY number";
     let edits: Vec<Edit> = rows(connection, edits, |row| from_json(row, 0))?;

@@ -83,10 +83,10 @@ pub(super) fn version(connection: &Connection) -> rusqlite::Result<i64> {
 
 /// Brings a database of an earlier version up to date, whole or not at all.
 fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
-    let imports = match version(connection)? {
+    let version = version(connection)?;
+    let imports = match version {
         1 => format!("ALTER TABLE project ADD COLUMN imported INTEGER; {IMPORTS}"),
-        3 => String::new(),
-        _ => format!(
+        2 => format!(
             "CREATE TEMP TABLE import_of_2 AS {IMPORTS_OF_2};
              CREATE TEMP TABLE imported_map_of_2 AS {MAPS_OF_2};
              DROP TABLE import; DROP TABLE imported_map; {IMPORTS}
@@ -94,10 +94,17 @@ fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
              INSERT INTO imported_map SELECT * FROM imported_map_of_2;
              DROP TABLE import_of_2; DROP TABLE imported_map_of_2;"
         ),
+        _ => String::new(),
+    };
+    let objects = match version {
+        ..4 => format!(
+            "ALTER TABLE class ADD COLUMN thing INTEGER; ALTER TABLE stroke ADD COLUMN object INTEGER; {OBJECTS}"
+        ),
+        _ => String::new(),
     };
     connection.execute_batch(&format!(
-        "BEGIN; {imports}
-         ALTER TABLE class ADD COLUMN thing INTEGER; ALTER TABLE stroke ADD COLUMN object INTEGER; {OBJECTS}
+        "BEGIN; {imports} {objects}
+         ALTER TABLE frame ADD COLUMN checked INTEGER;
          PRAGMA user_version = {VERSION}; COMMIT"
     ))
 }

@@ -152,6 +152,7 @@ impl History {
             classes: Some((before, after)),
             objects: (objects != left).then_some((objects, left)),
             imported,
+            checked: None,
         })
     }
 

@@ -81,10 +81,9 @@ impl History {
         let imported = self.change_import(Some(images));
         self.commit(Edit {
             name: format!("import {what}"),
-            strokes: Vec::new(),
             classes: (before != classes).then_some((before, classes)),
-            objects: None,
             imported: Some(imported),
+            ..Edit::default()
         })
     }
 

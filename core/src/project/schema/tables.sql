@@ -14,7 +14,8 @@ CREATE TABLE frame (
     stem   TEXT NOT NULL,
     width  INTEGER NOT NULL,
     height INTEGER NOT NULL,
-    bytes  INTEGER NOT NULL
+    bytes  INTEGER NOT NULL,
+    checked INTEGER
 ) STRICT;
 CREATE TABLE class (
     position INTEGER PRIMARY KEY,

@@ -7,6 +7,7 @@ const FIXTURES: [&str; VERSION as usize] = [
     include_str!("../fixtures/v2.sql"),
     include_str!("../fixtures/v3.sql"),
     include_str!("../fixtures/v4.sql"),
+    include_str!("../fixtures/v5.sql"),
 ];
 
 /// A file of this version, changed by these statements.
@@ -59,7 +60,7 @@ fn files_of_version_1_come_with_their_history() {
 }
 
 #[test]
-fn classes_of_earlier_versions_are_things_by_their_names_and_strokes_of_version_4_name_objects() {
+fn classes_of_earlier_versions_are_things_by_their_names_and_later_ones_have_objects_and_checked_frames() {
     for version in 1..=FIXTURES.len() {
         let folder = tempfile::tempdir().unwrap();
         let change = if version < 4 {
@@ -84,6 +85,8 @@ fn classes_of_earlier_versions_are_things_by_their_names_and_strokes_of_version_
             .filter_map(|stroke| Some((stroke.class, stroke.object?)));
         assert_eq!(of_chair.collect::<Vec<_>>(), [(3, labels.objects[0].id)]);
         assert_eq!(labels.objects[0].name, "chair 1");
+        let checked: Vec<usize> = labels.checked.iter().copied().collect();
+        assert_eq!(checked, if version < 5 { vec![] } else { vec![1] });
     }
 }
 
@@ -94,6 +97,7 @@ fn files_of_later_versions_come_with_their_label_images() {
         (2, "UPDATE import SET trust = 'trusted'", Trust::RIGHT),
         (3, "", Trust::new(0.25).unwrap()),
         (4, "", Trust::new(0.25).unwrap()),
+        (5, "", Trust::new(0.25).unwrap()),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let (_project, saved) = Project::open(&file(folder.path(), version, changes)).unwrap();
