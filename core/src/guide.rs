@@ -1,5 +1,6 @@
 //! What to label next: the places of the whole scene whose label would tell most.
 
+pub mod audit;
 mod candidates;
 mod effect;
 pub(crate) mod outline;
