@@ -115,9 +115,12 @@ pub struct SimulateArguments {
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// All of the below but the semantic field and stereo, one after the other, on one page with their tables and charts; with --quick
+    /// All of the below but audits, the semantic field and stereo, one after the other, on one page with their tables and charts; with --quick
     /// in less than ten minutes.
     All(AllArguments),
+    /// What finds wrong labels: sampled audits beside the true accuracy, and the list of contradicted strokes where wrong
+    /// ones were planted.
+    Audit(AuditArguments),
     /// Samples a second of each way to compute the field; how soon a field of each scene is good.
     Engine(EngineArguments),
     /// The experiments of the Semantic-NeRF paper: sparse, noisy, coarse and partial label images of the
@@ -157,6 +160,35 @@ pub struct AllArguments {
     /// Where benchmarks.md goes, and the folder benchmarks with the files of each measurement.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+}
+
+/// Measuring what finds wrong labels.
+#[derive(Debug, Args)]
+pub struct AuditArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Random clicks a class on the training frames.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "3,10", value_parser = clap::value_parser!(u16).range(1..))]
+    pub clicks: Vec<u16>,
+    /// Share of the frames that an audit draws places from, in per cent.
+    #[arg(long, value_name = "PER CENT", default_value_t = 5.0, value_parser = per_cent)]
+    pub share: f64,
+    /// Audits of the maps of each run.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..))]
+    pub audits: u16,
+    /// Runs of each scene, with seeds that count up from --seed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub seeds: u64,
+    /// Where audit.csv goes.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// How scenes are read and learnt.
+    #[command(flatten)]
+    pub training: TrainingArguments,
 }
 
 /// Measuring the engine.

@@ -1,6 +1,7 @@
 //! What each command does: it measures, writes tables, charts and a page, and prints.
 
 mod all;
+mod audit;
 mod engine;
 mod field;
 mod latency;
@@ -41,6 +42,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     };
     match what {
         Bench::All(arguments) => all::run(&arguments),
+        Bench::Audit(arguments) => audit::run(&arguments),
         Bench::Engine(arguments) => engine::run(&arguments),
         Bench::Field(arguments) => field::run(&arguments),
         Bench::Paper(arguments) => paper::run(&arguments),

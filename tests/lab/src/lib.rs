@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arguments;
+mod audit;
 mod calibration;
 pub mod chart;
 pub mod commands;
@@ -30,6 +31,7 @@ mod truth;
 
 use std::path::PathBuf;
 
+pub use audit::{AuditPoint, audits};
 pub use calibration::Calibration;
 pub use cost::{Cost, session_cost};
 pub use deviation::{mean, mean_and_deviation};
