@@ -104,6 +104,8 @@ pub enum Command {
     Label(LabelArguments),
     /// Write a project's labels as a data set in one of several formats.
     Export(ExportArguments),
+    /// Compare two projects of one scene: how far their labels agree, and where they differ.
+    Compare(CompareArguments),
 }
 
 /// Labelling without the window.
@@ -175,6 +177,26 @@ pub struct ExportArguments {
     /// a JSON file [{"id", "name", "color"}]. Classes that are not in it become void.
     #[arg(long, value_name = "LIST")]
     pub ids: Option<String>,
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
+/// Comparing two projects.
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// A project file.
+    #[arg(value_name = "A.inplace")]
+    pub first: PathBuf,
+    /// Another one, whose scene has frames of the same names; classes are matched by name.
+    #[arg(value_name = "B.inplace")]
+    pub second: PathBuf,
+    /// Write comparison.json here, and differences/STEM.png for every frame: 0 where both say the same or nothing, 96
+    /// where one alone gives a class, 255 where they differ.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
     pub training: TrainingArguments,
 }

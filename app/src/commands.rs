@@ -1,6 +1,7 @@
 //! What each command does.
 
 mod budget;
+mod compare;
 mod demo;
 mod export;
 mod info;
@@ -46,6 +47,7 @@ pub fn run(arguments: Arguments, started: Instant) -> Result<(), Failure> {
             json,
         }) => info::run(&scene, outside_files, json),
         Some(Command::Label(label)) => label::run(&label),
+        Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Export(arguments)) => export::run(&arguments),
         None => window::run(arguments.window, false, started),
     }

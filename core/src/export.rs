@@ -8,6 +8,7 @@ mod coco;
 mod coco_instances;
 mod coco_panoptic;
 mod colors;
+mod comparison;
 mod components;
 mod error;
 mod format;
@@ -33,6 +34,7 @@ mod yolo;
 
 use std::path::Path;
 
+pub use comparison::{Agreement, ClassAgreement, compare};
 pub use error::{ExportError, Refusal};
 pub use format::{Format, export};
 pub use ids::IdMap;

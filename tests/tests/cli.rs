@@ -253,6 +253,19 @@ fn a_trained_project_is_exported_twice_to_the_same_bytes_and_along_a_path_as_a_c
     let second = export("second", &ids).stdout;
     assert!(second.contains("42 files written, 0 unchanged"), "{second}");
 
+    fs::copy(disk.path("room.inplace"), disk.path("copy.inplace")).unwrap();
+    let mut compare = inplace();
+    compare
+        .arg("compare")
+        .args(["room.inplace", "copy.inplace"].map(|name| disk.path(name)));
+    succeed(compare.arg("--out").arg(disk.path("compared")));
+    let compared = json(&disk.path("compared/comparison.json"));
+    assert_eq!(
+        (&compared["frames"], &compared["agreement"]),
+        (&10.into(), &1.0.into())
+    );
+    assert!(disk.path("compared/differences").read_dir().unwrap().count() > 0);
+
     let path = disk.path("room/traj_w_c.txt");
     let views = export("views", &["--trajectory", path.to_str().unwrap()]);
     assert!(views.stdout.contains("rendered 10 views"), "{views:?}");

@@ -11,7 +11,7 @@ use inplace_core::semantics::NovelViews;
 use inplace_core::session::{Measured, ModelState, Progress};
 
 use super::run::{self, GENERATION};
-use super::{Failure, session_options, threads};
+use super::{Failure, threads};
 use crate::arguments::ExportArguments;
 
 /// Labels every frame with the field as the project keeps it, and writes the data set, or the views along a path.
@@ -25,13 +25,8 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let trajectory = trajectory.map(|path| Trajectory::read(path, arguments.intrinsics.as_deref()));
     let trajectory = trajectory.transpose()?;
     let contents = Contents::read(&arguments.project)?;
-    let mut session = session_options(&arguments.training, contents.scene.source.clone());
-    session.open.depth &= contents.scene.depth;
-    session.views = trajectory.is_some();
-    session.state = contents.model.clone();
-    let open = session.open;
     export::prepare(&arguments.out, &[])?;
-    let mut client = run::start(session);
+    let (mut client, open) = run::of_project(&contents, &arguments.training, trajectory.is_some());
     let mut enough = contents.model.as_ref().map(|model| model.steps);
     let scene = client.opened()?;
     if trajectory.is_some() {

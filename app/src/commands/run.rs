@@ -4,17 +4,34 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use inplace_core::field::Preset;
-use inplace_core::scene::Scene;
+use inplace_core::project::Contents;
+use inplace_core::scene::{OpenOptions, Scene};
 use inplace_core::session::{
     Client, ClientError, Command, Event, FrameMap, Phase, Progress, Session, SessionOptions, Status,
 };
 
 use super::budget::Budget;
+use super::session_options;
+use crate::arguments::TrainingArguments;
 
 /// Generation of the labels: they never change here.
 pub(super) const GENERATION: u64 = 1;
 /// How often deadlines are looked at.
 const TICK: Duration = Duration::from_millis(50);
+
+/// Starts a session for a project, and tells how its scene is opened.
+pub(super) fn of_project(
+    contents: &Contents,
+    training: &TrainingArguments,
+    views: bool,
+) -> (Client, OpenOptions) {
+    let mut session = session_options(training, contents.scene.source.clone());
+    session.open.depth &= contents.scene.depth;
+    session.views = views;
+    session.state = contents.model.clone();
+    let open = session.open;
+    (start(session), open)
+}
 
 /// Starts a session that tells on stderr how it goes.
 pub(super) fn start(options: SessionOptions) -> Client {

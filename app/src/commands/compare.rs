@@ -1,0 +1,104 @@
+//! `inplace compare`: how far two projects of one scene agree.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use inplace_core::export::{self, Agreement, LabelledScene};
+use inplace_core::labels::LabelSet;
+use inplace_core::project::Contents;
+use inplace_core::scene::Scene;
+use inplace_core::session::FrameMap;
+
+use super::run::{self, GENERATION};
+use super::{Failure, threads};
+use crate::arguments::{CompareArguments, TrainingArguments};
+
+/// The folder of the images that show where they differ.
+const DIFFERENCES: &str = "differences";
+
+/// A project with the maps that its export would have.
+struct Labelled {
+    scene: Arc<Scene>,
+    labels: LabelSet,
+    maps: Vec<Arc<FrameMap>>,
+}
+
+impl Labelled {
+    fn read(project: &Path, training: &TrainingArguments) -> Result<Self, Failure> {
+        let contents = Contents::read(project)?;
+        let enough = contents.model.as_ref().map(|model| model.steps);
+        let (mut client, open) = run::of_project(&contents, training, false);
+        let scene = client.opened()?;
+        let contents = contents.matched(&scene, open)?;
+        for warning in contents.warnings.iter().chain(&scene.warnings) {
+            eprintln!("inplace: {warning}");
+        }
+        let labels = contents.history.labels().clone();
+        client.label(labels.clone(), GENERATION);
+        let maps = run::maps(&mut client, enough)?;
+        Ok(Self { scene, labels, maps })
+    }
+
+    fn maps(&self) -> LabelledScene<'_> {
+        LabelledScene {
+            scene: &self.scene,
+            classes: &self.labels.classes,
+            objects: &self.labels.objects,
+            maps: &self.maps,
+        }
+    }
+}
+
+/// Labels every frame by each project, one after the other, compares the maps and prints.
+pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
+    if let Some(out) = &arguments.out {
+        export::prepare(out, &[DIFFERENCES])?;
+    }
+    let first = Labelled::read(&arguments.first, &arguments.training)?;
+    let second = Labelled::read(&arguments.second, &arguments.training)?;
+    let differences = arguments.out.as_ref().map(|out| out.join(DIFFERENCES));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(&arguments.training));
+    let compare = || export::compare(first.maps(), second.maps(), differences.as_deref());
+    let agreement = pool.build()?.install(compare)?;
+    if agreement.frames == 0 {
+        return Err(format!(
+            "{} and {}: no frame of one has the name and size of one of the other; compare projects of one scene",
+            arguments.first.display(),
+            arguments.second.display()
+        )
+        .into());
+    }
+    if let Some(out) = &arguments.out {
+        export::write_json(&out.join("comparison.json"), &agreement)?;
+    }
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&agreement)?);
+    } else {
+        print!("{}", table(&agreement));
+    }
+    Ok(())
+}
+
+fn table(agreement: &Agreement) -> String {
+    let known = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+    let share = agreement.compared as f64 / agreement.pixels.max(1) as f64;
+    let mut text = format!(
+        "frames          {}\nlabelled twice  {share:.4} of the pixels, to which the rest applies\n\
+         agreement       {}\nCohen's kappa   {}\nmean IoU        {}\n\n{:<24} {:>7} {:>12} {:>12}\n",
+        agreement.frames,
+        known(agreement.agreement),
+        known(agreement.kappa),
+        known(agreement.miou),
+        "class",
+        "IoU",
+        "first",
+        "second",
+    );
+    for class in &agreement.classes {
+        text += &format!(
+            "{:<24} {:>7.4} {:>12} {:>12}\n",
+            class.name, class.iou, class.first, class.second
+        );
+    }
+    text
+}

@@ -1,0 +1,249 @@
+//! Two labellings of one scene: how far they agree, and where they differ.
+
+use std::collections::HashMap;
+use std::io;
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{ExportError, LabelledScene, write};
+use crate::labels::{Class, ClassId, png};
+use crate::session::FrameMap;
+
+/// The pixels of a difference image: both say the same or nothing, one alone says something, they differ.
+const SAME: u16 = 0;
+const ONE: u16 = 96;
+const DIFFERENT: u16 = 255;
+
+/// How far two labellings agree. Shares and counts are of the pixels that both give a class.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Frames that both have, by name and size.
+    pub frames: usize,
+    /// Pixels of these frames, in their images on disk.
+    pub pixels: u64,
+    /// Pixels to which both give a class.
+    pub compared: u64,
+    /// Share of those with the same class; `None` without any.
+    pub agreement: Option<f64>,
+    /// Cohen's kappa: the agreement beyond that of chance, as a share of what there could be (Cohen 1960). `None` where
+    /// chance alone would agree everywhere.
+    pub kappa: Option<f64>,
+    /// Mean intersection over union of the classes that either has.
+    pub miou: Option<f64>,
+    /// The classes that either has, in the order of the first list, then of the second.
+    pub classes: Vec<ClassAgreement>,
+}
+
+/// How far two labellings agree about a class.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClassAgreement {
+    /// Its name, by which it is the same in both (capitals aside).
+    pub name: String,
+    /// Pixels to which the first labelling gives it.
+    pub first: u64,
+    /// Pixels to which the second does.
+    pub second: u64,
+    /// Pixels to which both do.
+    pub both: u64,
+    /// Intersection over union.
+    pub iou: f64,
+}
+
+/// The classes of two labellings by name; number 0 is void.
+struct Matching {
+    names: Vec<String>,
+    numbers: [HashMap<ClassId, usize>; 2],
+}
+
+impl Matching {
+    fn new(lists: [&[Class]; 2]) -> Self {
+        let mut names = vec![String::new()];
+        let numbers = lists.map(|classes| {
+            let number = |class: &Class| {
+                let known = names
+                    .iter()
+                    .skip(1)
+                    .position(|name| class.is_named(name))
+                    .map(|at| at + 1);
+                let number = known.unwrap_or_else(|| {
+                    names.push(class.name.clone());
+                    names.len() - 1
+                });
+                (class.id, number)
+            };
+            classes.iter().map(number).collect()
+        });
+        Self { names, numbers }
+    }
+
+    /// Pixels by the number that each gives them, `[first, second]`, and the difference image.
+    fn compare(&self, labels: [&[ClassId]; 2]) -> (Vec<u64>, Vec<u16>) {
+        let mut counts = vec![0; self.names.len() * self.names.len()];
+        let [first, second] = labels;
+        let pixel = |(&a, &b): (&ClassId, &ClassId)| {
+            let number = |list: usize, id| self.numbers[list].get(&id).copied().unwrap_or(0);
+            let pair = [number(0, a), number(1, b)];
+            counts[pair[0] * self.names.len() + pair[1]] += 1;
+            match pair {
+                [a, b] if a == b => SAME,
+                [0, _] | [_, 0] => ONE,
+                _ => DIFFERENT,
+            }
+        };
+        let image = first.iter().zip(second).map(pixel).collect();
+        (counts, image)
+    }
+
+    fn agreement(self, frames: usize, counts: &[u64]) -> Agreement {
+        let all = 0..self.names.len();
+        let sum = |counts_in: &dyn Fn(usize, usize) -> bool| -> u64 {
+            let pairs = all.clone().flat_map(|a| all.clone().map(move |b| (a, b)));
+            let chosen = pairs.filter(|&(a, b)| counts_in(a, b));
+            chosen.map(|(a, b)| counts[a * self.names.len() + b]).sum()
+        };
+        let classes = all.clone().skip(1).map(|class| {
+            let first = sum(&|a, b| a == class && b > 0);
+            let second = sum(&|a, b| a > 0 && b == class);
+            let both = counts[class * self.names.len() + class];
+            ClassAgreement {
+                name: self.names[class].clone(),
+                first,
+                second,
+                both,
+                iou: both as f64 / (first + second - both) as f64,
+            }
+        });
+        let classes: Vec<_> = classes.filter(|class| class.first + class.second > 0).collect();
+        let compared = sum(&|a, b| a > 0 && b > 0);
+        let of_compared = |pixels: f64| (compared > 0).then(|| pixels / compared as f64);
+        let agreement = of_compared(classes.iter().map(|class| class.both as f64).sum());
+        let chance = classes
+            .iter()
+            .map(|class| class.first as f64 * class.second as f64);
+        let chance = of_compared(chance.sum()).and_then(of_compared);
+        let kappa = agreement.zip(chance).filter(|(_, chance)| *chance < 1.0);
+        let ious: f64 = classes.iter().map(|class| class.iou).sum();
+        Agreement {
+            frames,
+            pixels: counts.iter().sum(),
+            compared,
+            agreement,
+            kappa: kappa.map(|(agreement, chance)| (agreement - chance) / (1.0 - chance)),
+            miou: (compared > 0).then(|| ious / classes.len() as f64),
+            classes,
+        }
+    }
+}
+
+/// Compares two labellings of the frames that both have, by their names and sizes. With a folder, an image for each frame goes
+/// there as `STEM.png`, gray: 0 where both say the same or nothing, 96 where one alone gives a class, 255 where they
+/// differ.
+///
+/// # Errors
+/// [`ExportError::Unwritable`].
+pub fn compare(
+    first: LabelledScene<'_>,
+    second: LabelledScene<'_>,
+    folder: Option<&Path>,
+) -> Result<Agreement, ExportError> {
+    let matching = Matching::new([first.classes, second.classes]);
+    let in_second: HashMap<&str, &FrameMap> = second
+        .maps
+        .iter()
+        .map(|map| (second.scene.frames[map.frame].stem.as_str(), map.as_ref()))
+        .collect();
+    let compared = first.maps.par_iter().filter_map(|map| {
+        let frame = &first.scene.frames[map.frame];
+        let other = in_second.get(frame.stem.as_str())?;
+        let own = map.in_image(frame);
+        let other = other.in_image(&second.scene.frames[other.frame]);
+        let is_same_size = (own.width, own.height) == (other.width, other.height);
+        is_same_size.then(|| {
+            let (counts, image) = matching.compare([&own.labels(), &other.labels()]);
+            if let Some(folder) = folder {
+                let path = folder.join(format!("{}.png", frame.stem));
+                let png = png::encode_labels(own.width, own.height, &image);
+                let png = png.map_err(|error| ExportError::unwritable(&path, io::Error::other(error)))?;
+                write(&path, &png)?;
+            }
+            Ok::<_, ExportError>((1, counts))
+        })
+    });
+    let empty = || (0, vec![0; matching.names.len() * matching.names.len()]);
+    let (frames, counts) = compared.try_reduce(empty, |a, b| {
+        let counts = a.1.iter().zip(&b.1).map(|(a, b)| a + b);
+        Ok((a.0 + b.0, counts.collect()))
+    })?;
+    Ok(matching.agreement(frames, &counts))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::sync::Arc;
+
+    use super::super::testing::{HEIGHT, SIZE, WIDTH, scene};
+    use super::*;
+    use crate::labels::VOID;
+
+    /// The first half of the rows is as listed, repeated along each row, and the second void.
+    fn maps(row: &[ClassId]) -> Vec<Arc<FrameMap>> {
+        let upper = (0..WIDTH * HEIGHT / 2).map(|pixel| row[pixel as usize % row.len()]);
+        let labels: Vec<ClassId> = upper.chain((0..WIDTH * HEIGHT / 2).map(|_| VOID)).collect();
+        let map = |frame| FrameMap::new(frame, 0, SIZE, labels.clone(), vec![0; labels.len()]);
+        (0..2).map(|frame| Arc::new(map(frame).unwrap())).collect()
+    }
+
+    #[test]
+    fn classes_are_matched_by_name_and_pixels_that_one_leaves_void_do_not_count() {
+        let (scene, folder) = (scene(), tempfile::tempdir().unwrap());
+        let first = [Class::new(1, "wall"), Class::new(2, "floor")];
+        let second = [
+            Class::new(7, "lamp"),
+            Class::new(2, "Wall"),
+            Class::new(1, "floor"),
+        ];
+        // By name: wall wall, wall wall, floor floor, floor wall, wall lamp, wall void.
+        let maps = [maps(&[1, 1, 2, 2, 1, 1]), maps(&[2, 2, 1, 2, 7, VOID])];
+        let labelled = |classes, maps| LabelledScene {
+            scene: &scene,
+            classes,
+            objects: &[],
+            maps,
+        };
+        let pair = (labelled(&first, &maps[0]), labelled(&second, &maps[1]));
+        let agreement = compare(pair.0, pair.1, Some(folder.path())).unwrap();
+        // Two frames, half of each.
+        let pixels = u64::from(WIDTH * HEIGHT);
+        assert_eq!((agreement.frames, agreement.pixels), (2, 2 * pixels));
+        assert_eq!(agreement.compared, pixels * 5 / 6);
+        let close = |a: Option<f64>, b: f64| assert!((a.unwrap() - b).abs() < 1e-12, "{a:?} is not {b}");
+        close(agreement.agreement, 3.0 / 5.0);
+        // Chance: wall 3 x 3, floor 2 x 1, of 25.
+        close(agreement.kappa, (15.0 - 11.0) / (25.0 - 11.0));
+        close(agreement.miou, (2.0 / 4.0 + 1.0 / 2.0) / 3.0);
+        let names: Vec<&str> = agreement
+            .classes
+            .iter()
+            .map(|class| class.name.as_str())
+            .collect();
+        assert_eq!(names, ["wall", "floor", "lamp"]);
+        let image = fs::read(folder.path().join("rgb_1.png")).unwrap();
+        let (_, _, image) = png::decode_gray(&image).unwrap();
+        assert_eq!(image[..6], [SAME, SAME, SAME, DIFFERENT, DIFFERENT, ONE]);
+        assert_eq!(image.last(), Some(&SAME));
+
+        let same = compare(pair.0, pair.0, None).unwrap();
+        assert_eq!(
+            (same.agreement, same.kappa, same.miou),
+            (Some(1.0), Some(1.0), Some(1.0))
+        );
+        let nothing = compare(pair.0, labelled(&second, &[]), None).unwrap();
+        assert_eq!(
+            (nothing.frames, nothing.agreement, nothing.kappa),
+            (0, None, None)
+        );
+    }
+}
