@@ -324,6 +324,7 @@ impl Canvas {
             }
             self.outline.paint(&painter, workspace, placement);
             overlay::suggestions(&painter, workspace, placement);
+            overlay::audited(&painter, workspace, placement);
         }
         if let Some(line) = self.gesture.line() {
             overlay::line(&painter, workspace, placement, line, model.settings.brush);

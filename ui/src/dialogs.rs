@@ -16,7 +16,7 @@ use inplace_model::opening::Target;
 use inplace_model::{Command, Commands, Model};
 
 use crate::keys;
-use crate::keys::table::{AT_A_SUGGESTION, Line, TABLE};
+use crate::keys::table::{AT_A_PLACE, AT_A_SUGGESTION, Line, TABLE};
 use crate::numbers;
 use form::{close, confirm, path_field, room, text_field};
 
@@ -182,7 +182,7 @@ fn help(ui: &mut Ui, commands: &mut Commands) {
                 .min_row_height(18.0)
                 .spacing([24.0, 8.0])
                 .show(ui, |ui| {
-                    for line in TABLE.iter().chain(AT_A_SUGGESTION) {
+                    for line in TABLE.iter().chain(AT_A_SUGGESTION).chain(AT_A_PLACE) {
                         let (keys, does) = match line {
                             Line::Command(command) => (command.present(&map), command.does),
                             Line::Gesture(gesture, does) => ((*gesture).to_owned(), *does),

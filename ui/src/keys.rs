@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use egui::{Event, Key, Modifiers};
 use inplace_model::keymap::{KeyMap, Shortcut};
+use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use table::{AT_A_SUGGESTION, Line, TABLE, UiCommand};
+use table::{AT_A_PLACE, AT_A_SUGGESTION, Line, TABLE, UiCommand};
 
 /// Makes this the key map of a window: [`map_of`] finds it.
 pub fn install(ctx: &egui::Context, map: KeyMap) {
@@ -63,10 +64,41 @@ impl UiCommand {
     }
 }
 
-/// Pushes the commands of the keys pressed in this frame; `guided` tells whether keys answer suggestions. A focused text
+/// What keys are about before anything else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// Nothing but what they always are.
+    Nothing,
+    /// The suggestion at hand, which they answer.
+    Suggestion,
+    /// The place of an audit at hand, which they judge.
+    Place,
+}
+
+impl Asked {
+    /// What they are about now.
+    pub fn of(workspace: Option<&Workspace>) -> Self {
+        match workspace {
+            Some(workspace) if workspace.auditing().at.is_some() => Self::Place,
+            Some(workspace) if workspace.suggestions().is_active() => Self::Suggestion,
+            _ => Self::Nothing,
+        }
+    }
+
+    /// The keys that answer.
+    fn table(self) -> &'static [Line] {
+        match self {
+            Self::Nothing => &[],
+            Self::Suggestion => AT_A_SUGGESTION,
+            Self::Place => AT_A_PLACE,
+        }
+    }
+}
+
+/// Pushes the commands of the keys pressed in this frame; `asked` tells what they are about. A focused text
 /// field keeps all keys but those with Ctrl that mean nothing in a text; a focused control keeps the arrow keys and
 /// Enter.
-pub fn dispatch(ctx: &egui::Context, guided: bool, commands: &mut Commands) {
+pub fn dispatch(ctx: &egui::Context, asked: Asked, commands: &mut Commands) {
     let typing = ctx.text_edit_focused();
     let focused = ctx.egui_wants_keyboard_input();
     let map = map_of(ctx);
@@ -87,7 +119,7 @@ pub fn dispatch(ctx: &egui::Context, guided: bool, commands: &mut Commands) {
                 continue;
             }
             let pressed = shortcut(*modifiers, *key);
-            if let Some(command) = pressed.and_then(|pressed| command_of(&map, pressed, guided)) {
+            if let Some(command) = pressed.and_then(|pressed| command_of(&map, pressed, asked)) {
                 commands.push(command);
             }
         }
@@ -97,18 +129,17 @@ pub fn dispatch(ctx: &egui::Context, guided: bool, commands: &mut Commands) {
 /// Whether a key opens something that takes the keyboard, so that what is typed next is meant for that.
 pub fn moves_focus(ctx: &egui::Context, modifiers: Modifiers, key: Key) -> bool {
     let pressed = shortcut(modifiers, key);
-    let command = pressed.and_then(|pressed| command_of(&map_of(ctx), pressed, false));
+    let command = pressed.and_then(|pressed| command_of(&map_of(ctx), pressed, Asked::Nothing));
     matches!(command, Some(Command::Show(Some(_)) | Command::FindClass(_)))
 }
 
 /// What a key does with this map.
-fn command_of(map: &KeyMap, pressed: Shortcut, guided: bool) -> Option<Command> {
-    let answer = || in_table(AT_A_SUGGESTION, &KeyMap::default(), pressed);
-    let bound = guided.then(answer).flatten();
+fn command_of(map: &KeyMap, pressed: Shortcut, asked: Asked) -> Option<Command> {
+    let bound = in_table(asked.table(), &KeyMap::default(), pressed);
     if bound.is_none()
         && let Some(slot) = pressed.digit()
     {
-        return Some(if guided {
+        return Some(if asked == Asked::Suggestion {
             Command::AnswerSlot(slot)
         } else {
             Command::ChooseSlot(slot)
@@ -157,6 +188,7 @@ mod tests {
 
     use super::*;
     use crate::keys::table::{ERASE, HELP, NEXT_SUGGESTION, REDO};
+    use inplace_core::guide::audit::Verdict;
     use inplace_model::dialogs::Dialog;
 
     fn parsed(text: &str) -> Shortcut {
@@ -164,7 +196,7 @@ mod tests {
     }
 
     fn pressed(text: &str) -> Option<Command> {
-        command_of(&KeyMap::default(), parsed(text), false)
+        command_of(&KeyMap::default(), parsed(text), Asked::Nothing)
     }
 
     #[test]
@@ -172,7 +204,7 @@ mod tests {
         for &key in Key::ALL {
             assert!(shortcut(Modifiers::NONE, key).is_some(), "{key:?}");
         }
-        for table in [TABLE, AT_A_SUGGESTION] {
+        for table in [TABLE, AT_A_SUGGESTION, AT_A_PLACE] {
             let mut seen = HashSet::new();
             for (command, default) in bindings(table) {
                 assert_eq!(default.to_string().parse(), Ok(default), "{}", command.does);
@@ -197,10 +229,13 @@ mod tests {
         ] {
             assert_eq!(pressed(key), command, "{key}");
         }
-        let answer = |key| command_of(&KeyMap::default(), parsed(key), true);
+        let answer = |key| command_of(&KeyMap::default(), parsed(key), Asked::Suggestion);
         assert_eq!(answer("3"), Some(Command::AnswerSlot(3)));
         assert_eq!(answer("Delete"), Some(Command::SkipSuggestion));
         assert_eq!(answer("Ctrl+Z"), Some(Command::Undo));
+        let judge = |key| command_of(&KeyMap::default(), parsed(key), Asked::Place);
+        assert_eq!(judge("N"), Some(Command::Judge(Verdict::Wrong)));
+        assert_eq!(judge("3"), Some(Command::ChooseSlot(3)));
     }
 
     #[test]
@@ -208,7 +243,7 @@ mod tests {
         let mut map = KeyMap::default();
         map.set(parsed("N"), Some(parsed("E")));
         map.set(parsed("E"), None);
-        let command = |key| command_of(&map, parsed(key), false);
+        let command = |key| command_of(&map, parsed(key), Asked::Nothing);
         assert_eq!(command("E"), Some(Command::NextSuggestion));
         assert_eq!(command("N"), None);
         assert_eq!(

@@ -1,5 +1,6 @@
 //! The panels around the canvas, a file for each. A panel reads the model and pushes commands.
 
+mod audit;
 mod charted;
 mod classes;
 mod drop;

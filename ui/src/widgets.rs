@@ -57,6 +57,8 @@ pub enum Icon {
     Hidden,
     /// A frame in two halves.
     Compare,
+    /// A tick.
+    Check,
 }
 
 /// A square button with an icon; `name` is its tooltip and its name for screen readers.
@@ -161,6 +163,7 @@ impl Icon {
                 let triangle = points("-4,-6 6,0 -4,6");
                 painter.add(Shape::convex_polygon(triangle, color, Stroke::NONE));
             }
+            Self::Check => line("-5,0.5 -1.5,4 5,-4"),
             Self::Close => {
                 line("-4,-4 4,4");
                 line("-4,4 4,-4");

@@ -44,6 +44,7 @@ impl Labelled {
             scene: &self.scene,
             classes: &self.labels.classes,
             objects: &self.labels.objects,
+            parts: &[],
             maps: &self.maps,
         }
     }

@@ -211,6 +211,7 @@ mod tests {
             scene: &scene,
             classes,
             objects: &[],
+            parts: &[],
             maps,
         };
         let pair = (labelled(&first, &maps[0]), labelled(&second, &maps[1]));

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use inplace_core::guide::audit::Verdict;
 use inplace_core::labels::{Class, ClassId, FoundObject, ObjectId, Pixel, StrokeId, Trust};
 use inplace_core::scene::{SceneSource, Viewpoint};
 use inplace_core::semantics::KnownPart;
@@ -71,6 +72,8 @@ pub enum Command {
     LabelOutlined,
     /// Labels the place of the surface that a frame (by its index) shows at a pixel with the current class, and stays where one is.
     LabelSeen(usize, Pixel),
+    /// Marks the frame in view as checked, or takes the mark away.
+    ToggleChecked,
     /// Takes the last edit back.
     Undo,
     /// Does the last undone edit again.
@@ -174,6 +177,14 @@ pub enum Command {
     ListSkipped,
     /// Keys do what they always do again.
     LeaveSuggestions,
+    /// Draws places to judge from these per cent of the frames, in place of those that were drawn before.
+    DrawAudit(u8),
+    /// Shows a place of the audit: from now on, keys judge it.
+    GoToAudited(usize),
+    /// Says whether the map is right at the place of the audit at hand, and goes to the next one.
+    Judge(Verdict),
+    /// Keys do what they always do again.
+    LeaveAudit,
     /// Whether the list of suggestions must stay as it is, since the pointer is on it.
     HoldSuggestions(bool),
 

@@ -85,7 +85,7 @@ impl Document {
         object.map_or_else(|| self.name_and_color(stroke.class).0, |object| &object.name)
     }
 
-    /// Counts up with every change.
+    /// Counts up with every change that the maps may follow.
     pub fn generation(&self) -> u64 {
         self.generation
     }
@@ -129,7 +129,9 @@ impl Document {
     /// Changes the history; `None` when nothing changed.
     pub fn edit(&mut self, change: impl FnOnce(&mut History) -> Option<Edit>) -> Option<Edit> {
         let edit = change(&mut self.history)?;
-        self.generation += 1;
+        if edit.changes_maps() {
+            self.generation += 1;
+        }
         if edit.classes.is_some() {
             self.renew_palette();
         }
@@ -149,8 +151,11 @@ impl Document {
     }
 }
 
-/// The frame that an edit shows best: that of its last stroke.
+/// The frame that an edit shows best: the one that it marks, or that of its last stroke.
 pub fn frame_of(edit: &Edit) -> Option<usize> {
+    if let Some(change) = edit.checked {
+        return Some(change.frame);
+    }
     let change = edit.strokes.last()?;
     let stroke = change.after.as_ref().or(change.before.as_ref())?;
     Some(stroke.frame)

@@ -19,11 +19,19 @@ pub enum FrameFilter {
     Uncertain,
     /// Those whose strokes or imported labels are contradicted.
     Disagreeing,
+    /// Those that nobody has marked as checked.
+    Unchecked,
 }
 
 impl FrameFilter {
     /// All filters, in the order shown.
-    pub const ALL: [Self; 4] = [Self::All, Self::Unlabelled, Self::Uncertain, Self::Disagreeing];
+    pub const ALL: [Self; 5] = [
+        Self::All,
+        Self::Unlabelled,
+        Self::Uncertain,
+        Self::Disagreeing,
+        Self::Unchecked,
+    ];
 }
 
 /// In which order frames are shown.
@@ -48,6 +56,8 @@ pub struct FrameFacts {
     pub strokes: usize,
     /// Number of strokes that the others contradict.
     pub contradicted: usize,
+    /// Whether a person has marked it as checked.
+    pub checked: bool,
     /// What its map comes to, once it has one.
     pub summary: Option<FrameSummary>,
     /// Whether its map is summed up at all: those of frames that are no keyframes are not.
@@ -65,6 +75,7 @@ impl FrameFacts {
             FrameFilter::Disagreeing => {
                 self.contradicted > 0 || summary(|summary| summary.disagreeing > DISAGREEING)
             }
+            FrameFilter::Unchecked => !self.checked,
         }
     }
 }
@@ -206,6 +217,7 @@ mod tests {
         FrameFacts {
             strokes,
             contradicted,
+            checked: false,
             has_no_summary: false,
             summary: Some(FrameSummary {
                 mean_entropy: entropy,

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use inplace_core::guide::audit::Audit;
 use inplace_core::labels::{Class, LabelImages};
 use inplace_core::scene::{Scene, SceneSource};
 
@@ -44,6 +45,8 @@ pub enum Done {
     Imported(u64, Box<Result<LabelImages, String>>),
     /// Maps of the scene with this serial number were summed up.
     Summarised(u64, Vec<Summarised>),
+    /// Places of the scene with this serial number were drawn, where anything is labelled.
+    AuditDrawn(u64, Option<Box<Audit>>),
     /// What is probably wrong with the poses or cameras of the scene with this serial number, a sentence each.
     PosesChecked(u64, Vec<String>),
     /// A class list was read, or a sentence says why not.

@@ -113,6 +113,7 @@ impl Overview {
             .map(|(&(_, summary), frame)| FrameFacts {
                 strokes: document.strokes_of_frame(frame),
                 contradicted: 0,
+                checked: labels.checked.contains(&frame),
                 summary,
                 has_no_summary: scene.frames.get(frame).is_some_and(|frame| !frame.is_keyframe()),
             })

@@ -1,5 +1,6 @@
 //! The one place where the state changes: commands of the person, and what session, project file and jobs tell.
 
+mod audit;
 mod classes;
 mod events;
 mod files;
@@ -116,6 +117,10 @@ impl Model {
             Command::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
             Command::LabelOutlined => self.label_outlined(),
             Command::LabelSeen(frame, pixel) => self.label_seen(frame, pixel),
+            Command::ToggleChecked => {
+                let frame = self.state.workspace().map(|workspace| workspace.frame_index);
+                self.edit(|history| frame.map(|frame| history.toggle_checked(frame)));
+            }
             Command::Undo => self.step(History::undo, Step::Undo),
             Command::Redo => self.step(History::redo, Step::Redo),
 
@@ -180,6 +185,10 @@ impl Model {
                 workspace.suggestions.list_skipped();
             }),
             Command::LeaveSuggestions => self.leave_suggestions(),
+            Command::DrawAudit(percent) => self.draw_audit(percent),
+            Command::GoToAudited(index) => self.go_to_audited(index),
+            Command::Judge(verdict) => self.judge(verdict),
+            Command::LeaveAudit => self.leave_audit(),
             Command::HoldSuggestions(held) => {
                 self.with_workspace(|workspace| workspace.suggestions.hold(held));
             }

@@ -1,6 +1,7 @@
 //! An open scene: what is looked at, what was said about it, and what the worker answered.
 
 mod answers;
+pub mod audit;
 mod classes;
 mod hover;
 mod objects;
@@ -17,6 +18,7 @@ use inplace_core::semantics::{KnownPart, Posterior, Surface};
 use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, Status};
 use serde_json::json;
 
+use self::audit::Auditing;
 use crate::class_view::ClassView;
 use crate::document::Document;
 use crate::frames;
@@ -91,6 +93,7 @@ pub struct Workspace {
     /// Whether the person paused training.
     pub paused: bool,
     pub(crate) suggestions: Suggestions,
+    pub(crate) auditing: Auditing,
     pub(crate) hover: Hover,
     /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
     pub followed: Option<u64>,
@@ -137,6 +140,7 @@ impl Workspace {
             status: Status::default(),
             paused: false,
             suggestions: Suggestions::default(),
+            auditing: Auditing::default(),
             hover: Hover::default(),
             followed: None,
             state: None,
@@ -224,6 +228,7 @@ impl Workspace {
         }
         self.frame_index = frame;
         self.selected = None;
+        self.auditing.at = None;
         self.outbox.push(Command::View { frame });
         true
     }
@@ -249,12 +254,13 @@ impl Workspace {
         }
     }
 
-    /// What a project keeps of how it is looked at: settings, locked and hidden classes, and the log.
+    /// What a project keeps of how it is looked at: settings, locked and hidden classes, the log, and the audit.
     pub fn kept_view(&self, settings: &Settings) -> String {
         let mut view = settings.to_json();
         self.class_view.keep_in(&mut view);
         view["progress"] = self.overview.log.to_json();
         view["parts"] = json!(*self.parts);
+        view["audit"] = json!(self.auditing.audit);
         view.to_string()
     }
 

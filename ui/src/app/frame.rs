@@ -41,9 +41,9 @@ impl eframe::App for App {
             self.take_dropped_files(&mut commands);
             if self.model.dialog.is_none() {
                 let workspace = self.model.workspace();
-                let guided = workspace.is_some_and(|workspace| workspace.suggestions().is_active());
+                let asked = keys::Asked::of(workspace);
                 self.canvas.take_keys(&ctx, &self.model, &mut commands);
-                keys::dispatch(&ctx, guided, &mut commands);
+                keys::dispatch(&ctx, asked, &mut commands);
             }
         }
         // Keys come before the clicks of the same frame, which they may be about.

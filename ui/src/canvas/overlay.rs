@@ -168,9 +168,7 @@ pub fn marker(painter: &Painter, center: Pos2, index: usize, current: bool, in_f
     let white = Color32::WHITE;
     let font = FontId::proportional(12.0);
     if current {
-        painter.circle_stroke(center, 9.0, Stroke::new(5.0, HALO));
-        painter.circle_stroke(center, 9.0, Stroke::new(3.0, white));
-        painter.circle_stroke(center, 9.0, Stroke::new(1.5, accent));
+        ring(painter, center);
         let badge = center + vec2(13.0, -13.0);
         painter.circle(badge, 9.0, accent, Stroke::new(1.0, white));
         painter.text(badge, Align2::CENTER_CENTER, index + 1, font, on_accent);
@@ -181,6 +179,22 @@ pub fn marker(painter: &Painter, center: Pos2, index: usize, current: bool, in_f
         painter.circle(center, radius, dark.gamma_multiply(strength), line);
         let color = white.gamma_multiply(strength);
         painter.text(center, Align2::CENTER_CENTER, index + 1, font, color);
+    }
+}
+
+/// A ring around the pixel in question.
+fn ring(painter: &Painter, center: Pos2) {
+    let accent = theme::of(&painter.ctx().global_style().visuals).accent;
+    for (width, color) in [(5.0, HALO), (3.0, Color32::WHITE), (1.5, accent)] {
+        painter.circle_stroke(center, 9.0, Stroke::new(width, color));
+    }
+}
+
+/// The place of the audit that keys judge, on the frame in view.
+pub fn audited(painter: &Painter, workspace: &Workspace, placement: Placement) {
+    let place = workspace.auditing().at.and_then(|at| workspace.audited_place(at));
+    if let Some((_, pixel)) = place {
+        ring(painter, placement.pixel_center(pixel));
     }
 }
 

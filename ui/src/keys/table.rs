@@ -1,5 +1,6 @@
 //! Every command that has a key, with its name, what it does and its default keys; and the gestures beside them.
 
+use inplace_core::guide::audit::Verdict;
 use inplace_model::Command;
 use inplace_model::dialogs::{ClassUse, Dialog};
 use inplace_model::keymap::Shortcut;
@@ -92,6 +93,8 @@ table! {
         "Previous frame, of those that the filmstrip shows" => Command::StepFrame(-1);
     NEXT_FRAME "Next frame" [key("D"), key("Right")] "Next frame, of those that the filmstrip shows"
         => Command::StepFrame(1);
+    MARK_CHECKED "Mark as checked" [key("K")] "Mark the frame as checked, or take the mark away"
+        => Command::ToggleChecked;
     NEXT_SUGGESTION "Next" [key("N")] "Go to the next suggestion" => Command::NextSuggestion;
     PREVIOUS_SUGGESTION "Previous" [key("N").with_shift()] "Go to the suggestion before"
         => Command::PreviousSuggestion;
@@ -131,4 +134,15 @@ table! {
         => Command::FindClass(ClassUse::Answer);
     SKIP "Skip" [key("X"), key("Delete")] "At a suggestion: skip it" => Command::SkipSuggestion;
     LEAVE "Leave" [key("Escape")] "Leave the suggestions" => Command::LeaveSuggestions;
+}
+
+table! {
+    /// The keys that judge a place of an audit; while one is at hand they come before those of [`TABLE`], and nobody can
+    /// move them.
+    AT_A_PLACE:
+    RIGHT "Right" [key("Y"), key("Enter")] "At a place of an audit: the label is right" => Command::Judge(Verdict::Right);
+    WRONG "Wrong" [key("N")] "At a place of an audit: the label is wrong" => Command::Judge(Verdict::Wrong);
+    CANNOT_TELL "Cannot tell" [key("X"), key("Delete")] "At a place of an audit: it cannot be told"
+        => Command::Judge(Verdict::Skipped);
+    LEAVE_AUDIT "Leave" [key("Escape")] "Leave the audit" => Command::LeaveAudit;
 }

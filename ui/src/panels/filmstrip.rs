@@ -13,7 +13,7 @@ use super::frame_filter::FrameFilterRow;
 use crate::numbers;
 use crate::theme;
 use crate::thumbnails::{self, Thumbnails};
-use crate::widgets::{empty_state, focus_ring, line_of_text, scroll_to};
+use crate::widgets::{Icon, empty_state, focus_ring, line_of_text, scroll_to};
 
 /// Height of the panel in points.
 pub const HEIGHT: f32 = 168.0;
@@ -142,7 +142,13 @@ impl Filmstrip {
         if response.has_focus() {
             focus_ring(ui, rect);
         }
-        let caption = Rect::from_min_max(pos2(rect.left(), image.bottom() + 2.0), rect.max);
+        let mut caption = Rect::from_min_max(pos2(rect.left(), image.bottom() + 2.0), rect.max);
+        if facts.checked {
+            let good = theme::of(ui.visuals()).good;
+            let side = caption.height();
+            Icon::Check.paint(ui.painter(), caption.with_max_x(caption.left() + side), good);
+            caption.min.x += side;
+        }
         let color = if current {
             ui.visuals().strong_text_color()
         } else {
@@ -191,6 +197,7 @@ fn none(filter: FrameFilter) -> &'static str {
         FrameFilter::Unlabelled => "No frame is unlabelled: there are strokes on all of them.",
         FrameFilter::Uncertain => "No frame is uncertain.",
         FrameFilter::Disagreeing => "No frame is disagreeing: nothing contradicts your strokes.",
+        FrameFilter::Unchecked => "All frames are checked.",
     }
 }
 
@@ -202,6 +209,9 @@ fn in_words(stem: &str, facts: &FrameFacts, most: f32) -> String {
     };
     if facts.contradicted > 0 {
         words += &format!(", {} contradicted", facts.contradicted);
+    }
+    if facts.checked {
+        words += ", checked";
     }
     let map = match facts.summary {
         Some(summary) => {
@@ -228,13 +238,20 @@ mod tests {
         };
         for (strokes, contradicted, summary, has_no_summary, words) in [
             (1, 0, Some(summary), false, "1 stroke, 87% labelled, 25% unsure"),
-            (4, 2, None, false, "4 strokes, 2 contradicted, no labels yet"),
+            (
+                4,
+                2,
+                None,
+                false,
+                "4 strokes, 2 contradicted, checked, no labels yet",
+            ),
             (0, 0, None, false, "no strokes, no labels yet"),
             (0, 0, None, true, "no strokes, labelled from the keyframes"),
         ] {
             let facts = FrameFacts {
                 strokes,
                 contradicted,
+                checked: contradicted > 0,
                 summary,
                 has_no_summary,
             };

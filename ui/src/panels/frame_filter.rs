@@ -8,7 +8,7 @@ use inplace_model::{Command, Commands};
 use crate::widgets::choice_box;
 
 /// Below this width the filters are a list to choose from.
-const ROOMY: f32 = 620.0;
+const ROOMY: f32 = 740.0;
 
 /// The row with what is being typed.
 #[derive(Debug, Default)]
@@ -88,6 +88,7 @@ fn named(filter: FrameFilter) -> (&'static str, &'static str) {
             "Disagreeing",
             "Frames with strokes that the others contradict, or whose imported labels differ from the map on more than 10% of the pixels",
         ),
+        FrameFilter::Unchecked => ("Not checked", "Frames that are not marked as checked"),
     }
 }
 

@@ -162,6 +162,8 @@ fn edit(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         };
         Menu { ui, commands }.keyed_as(edit.is_some(), command, &name);
     }
+    ui.separator();
+    Menu { ui, commands }.keyed(model.workspace().is_some(), &table::MARK_CHECKED);
 }
 
 fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {

@@ -6,6 +6,7 @@ use inplace_core::labels::{ClassId, StrokeId, VOID};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
+use super::audit::AuditPart;
 use super::charted::{Axis, Charted, NUMBERS, Number};
 use super::parts::{UNCERTAINTY_MEANS, card, facts, frames_done};
 use super::readiness::{Readiness, readiness};
@@ -30,6 +31,7 @@ const LIST: f32 = 132.0;
 pub struct ProgressPanel {
     axis: Axis,
     charted: Charted,
+    audit: AuditPart,
 }
 
 impl ProgressPanel {
@@ -39,6 +41,8 @@ impl ProgressPanel {
             answer(ui, workspace);
             numbers(ui, workspace);
             contradicted(ui, workspace, commands);
+            ui.add_space(theme::GAP);
+            self.audit.show(ui, workspace, commands);
             ui.add_space(theme::GAP);
             self.charts(ui, workspace);
         });
@@ -200,6 +204,15 @@ fn numbers(ui: &mut Ui, workspace: &Workspace) {
             "Drawn on",
             frames_done(document.labelled_frames(), workspace.scene.frames.len()),
             "Frames that have strokes; labels spread to all the others",
+        ),
+        (
+            "Frames",
+            format!(
+                "{} of {} checked",
+                document.labels().checked.len(),
+                workspace.scene.frames.len()
+            ),
+            "Frames that you have marked as checked",
         ),
         ("Agreeing strokes", checked, AGREEMENT_MEANS),
         (

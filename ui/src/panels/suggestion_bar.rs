@@ -1,4 +1,5 @@
-//! The bar over the canvas while keys answer suggestions: which one is at hand, and what the keys do.
+//! The bar over the canvas while keys answer suggestions or judge places of an audit: which one is at hand, and what the
+//! keys do.
 
 use std::sync::Arc;
 
@@ -39,12 +40,15 @@ impl Item {
     }
 }
 
-/// Draws the bar over the upper edge of the canvas while suggestions are answered; asks for another frame where what it
+/// Draws the bar over the upper edge of the canvas while suggestions are answered or places judged; asks for another frame where what it
 /// says changes with time.
 pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
     let next = NEXT_SUGGESTION.key(ui.ctx());
     let (first, items) = match workspace.suggestions().mode {
-        Mode::Away => return,
+        Mode::Away => match workspace.auditing().at.and_then(|at| place(workspace, at)) {
+            Some(said) => said,
+            None => return,
+        },
         Mode::At(index) => (at(workspace, index), keys(workspace, index, &next)),
         Mode::Looking(since) => {
             let patience = A_MOMENT.saturating_sub(since.elapsed());
@@ -83,6 +87,20 @@ pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
             });
             laid.paint(ui, rect);
         });
+}
+
+/// A place of an audit: what the map said there, and the keys that judge it.
+fn place(workspace: &Workspace, index: usize) -> Option<(String, Vec<Item>)> {
+    let places = &workspace.auditing().audit.as_ref()?.places;
+    let (name, _) = workspace.document.name_and_color(places.get(index)?.class);
+    let first = format!("Place {} of {}: is this {name}?", index + 1, places.len());
+    let keys = [
+        ("Y", "right"),
+        ("N", "wrong"),
+        ("X", "cannot tell"),
+        ("Escape", "leave"),
+    ];
+    Some((first, keys.map(|(key, does)| Item::new(key, does)).into()))
 }
 
 fn at(workspace: &Workspace, index: usize) -> String {

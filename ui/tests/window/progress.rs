@@ -3,6 +3,7 @@
 use egui::Key;
 use egui_kittest::kittest::Queryable;
 use inplace_core::guide::Suggestion;
+use inplace_core::guide::audit::Verdict;
 use inplace_core::labels::StrokeId;
 use inplace_core::session::{self, Event, Status, StrokeCheck};
 use inplace_model::Command;
@@ -177,4 +178,54 @@ fn frames_are_found_by_number_name_and_filter_and_a_and_d_go_through_those_shown
     window.sees("No frame is disagreeing: nothing contradicts your strokes.");
     window.key(Key::D);
     assert_eq!(window.frame_index(), 1);
+}
+
+#[test]
+fn frames_are_marked_as_checked_and_an_audit_is_judged_by_keys_and_both_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    {
+        let mut window = labelled(Window::with_demo(folder.path()));
+        answer(&mut window, [1000; FRAMES], &[]);
+        window.act(Command::GoToFrame(2));
+        let generation = window.generation();
+        window.key(Key::K);
+        // The maps stay as they are.
+        assert_eq!(window.generation(), generation);
+        window.sees_part("Frame rgb_2: no strokes, checked, ");
+        window.sees("Not checked 4");
+        window.key(Key::T);
+        window.sees("1 of 5 checked");
+        window.act(Command::GoToFrame(0));
+        window.act(Command::Undo);
+        assert_eq!((window.labels().checked.len(), window.frame_index()), (0, 2));
+        window.act(Command::Redo);
+
+        window.act(Command::DrawAudit(5));
+        window.until("places are drawn", |app| {
+            let workspace = app.model().workspace();
+            workspace.is_some_and(|workspace| workspace.auditing().at == Some(0))
+        });
+        window.sees_part("Place 1 of 300: is this wall?");
+        for key in [Key::Y, Key::N, Key::X] {
+            window.key(key);
+        }
+        window.sees_part("Place 4 of 300");
+        window.sees("3 of 300 places judged");
+        window.key(Key::Escape);
+        assert_eq!(window.workspace().auditing().at, None);
+        let wrong = window.workspace().audited_place(1).unwrap();
+        window.act(Command::GoToFrame((wrong.0 + 1) % FRAMES));
+        window.click(&format!("not wall at rgb_{}", wrong.0));
+        assert_eq!(
+            (window.frame_index(), window.workspace().auditing().at),
+            (wrong.0, Some(1))
+        );
+        window.close();
+    }
+    let window = Window::with_demo(folder.path());
+    let audit = window.workspace().auditing().audit.as_ref().unwrap();
+    let verdicts = audit.places.iter().filter_map(|place| place.verdict);
+    let said = [Verdict::Right, Verdict::Wrong, Verdict::Skipped];
+    assert_eq!(verdicts.collect::<Vec<_>>(), said);
+    assert!(window.labels().checked.contains(&2));
 }

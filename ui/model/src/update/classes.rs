@@ -105,7 +105,7 @@ impl Model {
         self.keep_view();
     }
 
-    /// Keeps how the scene is looked at in the project.
+    /// Keeps how the scene is looked at, and its audit, in the project.
     pub(crate) fn keep_view(&mut self) {
         if let Some(workspace) = self.state.workspace() {
             let view = workspace.kept_view(&self.state.settings);

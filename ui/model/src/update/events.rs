@@ -28,6 +28,7 @@ impl Model {
             Done::Exported(progress) => self.exported(progress),
             Done::Imported(ticket, images) => self.imported(ticket, *images),
             Done::Summarised(serial, made) => self.summarised(serial, made),
+            Done::AuditDrawn(serial, audit) => self.audit_drawn(serial, audit),
             Done::PosesChecked(serial, problems) => self.poses_checked(serial, problems),
             Done::ClassesRead(read) => self.classes_read(read),
             Done::ClassesSaved(count, path) => self.classes_saved(count, &path),

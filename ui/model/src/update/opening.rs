@@ -8,6 +8,7 @@ use std::sync::Arc;
 use inplace_core::scene::reprojection::Agreement;
 use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::session::SessionOptions;
+use serde::Deserialize;
 use serde_json::Value;
 
 use crate::class_view::ClassView;
@@ -164,6 +165,7 @@ impl Model {
         let document = Document::new(attached.history, attached.generation);
         let mut workspace = Workspace::new(scene, ticket, session, document);
         workspace.overview.log.take_json(&view["progress"]);
+        workspace.auditing.audit = Option::deserialize(&view["audit"]).unwrap_or_default();
         workspace.change_class_view(|classes| *classes = ClassView::from_json(&view));
         workspace.parts = attached.parts.into();
         self.state.project = Some(attached.project);

@@ -16,6 +16,7 @@ impl Model {
     fn go_on(&mut self, step: impl FnOnce(&mut Suggestions) -> Option<usize>) -> bool {
         let next = self.with_workspace(|workspace| {
             let next = step(&mut workspace.suggestions);
+            workspace.auditing.at = None;
             next.inspect(|&index| workspace.show_suggestion(index))
         });
         if next.is_some() {
@@ -94,5 +95,6 @@ impl Model {
 
     pub(crate) fn leave_suggestions(&mut self) {
         self.with_workspace(|workspace| workspace.suggestions.leave());
+        self.leave_audit();
     }
 }

@@ -72,6 +72,9 @@ impl Workspace {
     pub fn edit(&mut self, change: impl FnOnce(&mut History) -> Option<Edit>) -> Option<Edit> {
         let edit = self.document.edit(change)?;
         self.overview.changed();
+        if !edit.changes_maps() {
+            return Some(edit);
+        }
         let exists = |class| class == VOID || self.document.labels().class(class).is_some();
         if !self.class.is_some_and(exists) {
             self.class = self.document.classes().first().map(|class| class.id);

@@ -1,0 +1,139 @@
+//! The audit: how right the maps are by places that a person judged, and the places that were wrong.
+
+use egui::{Align, Button, DragValue, Label, Layout, RichText, ScrollArea, Ui};
+use inplace_core::guide::audit::{Accuracy, Audit, AuditPlace, Verdict};
+use inplace_model::workspace::Workspace;
+use inplace_model::{Command, Commands};
+
+use crate::widgets::heading;
+
+/// Share of the frames that places are drawn from unless another one is chosen, in per cent.
+const USUAL: u8 = 5;
+/// Height of the list of wrong places, at most.
+const LIST: f32 = 132.0;
+
+/// The part of the progress panel, with the share that is chosen.
+#[derive(Debug)]
+pub struct AuditPart {
+    percent: u8,
+}
+
+impl Default for AuditPart {
+    fn default() -> Self {
+        Self { percent: USUAL }
+    }
+}
+
+impl AuditPart {
+    /// Draws it.
+    pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
+        heading(ui, "Audit", |_| {});
+        let auditing = workspace.auditing();
+        match &auditing.audit {
+            None => {
+                let about = "Judge random places, and the program tells how right all labels are.";
+                ui.add(Label::new(RichText::new(about).weak()).wrap());
+            }
+            Some(audit) => result(ui, workspace, audit, commands),
+        }
+        ui.horizontal(|ui| {
+            let percent = DragValue::new(&mut self.percent)
+                .range(1..=100)
+                .suffix("% of the frames");
+            ui.add(percent).on_hover_text(
+                "60 places are drawn in each of these frames; 5% of 180 frames are enough for 3 points",
+            );
+            let (enabled, name) = match auditing.is_drawing {
+                true => (false, "Drawing places"),
+                false => (true, "New audit"),
+            };
+            if ui.add_enabled(enabled, Button::new(name)).clicked() {
+                commands.push(Command::DrawAudit(self.percent));
+            }
+        });
+    }
+}
+
+fn result(ui: &mut Ui, workspace: &Workspace, audit: &Audit, commands: &mut Commands) {
+    let judged = audit
+        .places
+        .iter()
+        .filter(|place| place.verdict.is_some())
+        .count();
+    if let Some(accuracy) = audit.accuracy() {
+        ui.add(Label::new(RichText::new(in_words(&accuracy)).strong()).wrap());
+    }
+    ui.horizontal(|ui| {
+        ui.label(format!("{judged} of {} places judged", audit.places.len()));
+        if let Some(next) = audit.next()
+            && workspace.auditing().at.is_none()
+            && ui.button("Go on").clicked()
+        {
+            commands.push(Command::GoToAudited(next));
+        }
+    });
+    if audit.edits != workspace.document.history().map_edits() {
+        let changed = "The labels have changed since the places were drawn.";
+        ui.add(Label::new(RichText::new(changed).weak()).wrap());
+    }
+    let is_wrong = |(_, place): &(usize, &AuditPlace)| place.verdict == Some(Verdict::Wrong);
+    let wrong: Vec<(usize, &AuditPlace)> = audit.places.iter().enumerate().filter(is_wrong).collect();
+    if wrong.is_empty() {
+        return;
+    }
+    heading(ui, "Wrong places", |ui| {
+        ui.weak(wrong.len().to_string());
+    });
+    let height = ui.spacing().interact_size.y;
+    ScrollArea::vertical()
+        .id_salt("wrong places")
+        .max_height(LIST)
+        .auto_shrink([false, true])
+        .show_rows(ui, height, wrong.len(), |ui, shown| {
+            for &(index, place) in &wrong[shown] {
+                let size = egui::vec2(ui.available_width(), height);
+                let layout = Layout::top_down_justified(Align::LEFT);
+                ui.allocate_ui_with_layout(size, layout, |ui| {
+                    let text = row(workspace, audit, index, place);
+                    if ui.add(Button::new(text).truncate()).clicked() {
+                        commands.push(Command::GoToAudited(index));
+                    }
+                });
+            }
+        });
+}
+
+/// What is said of a wrong place: also whether the map has another class there now.
+fn row(workspace: &Workspace, audit: &Audit, index: usize, place: &AuditPlace) -> String {
+    let name = |class| workspace.document.name_and_color(class).0;
+    let stem = audit.frames.get(place.frame).map_or("", |frame| &frame.stem);
+    let now = workspace.audited_place(index).and_then(|(frame, pixel)| {
+        let answer = workspace.newest_map(frame)?.at(pixel)?;
+        (answer.class != place.class).then(|| format!(", now {}", name(answer.class)))
+    });
+    format!("not {} at {stem}{}", name(place.class), now.unwrap_or_default())
+}
+
+/// The accuracy with its interval.
+fn in_words(accuracy: &Accuracy) -> String {
+    let [share, low, high] =
+        [accuracy.share, accuracy.low, accuracy.high].map(|share| format!("{:.1}%", 100.0 * share));
+    format!("{share} of the labelled pixels are right; with 95% confidence, {low} to {high}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_accuracy_is_said_with_its_interval() {
+        let accuracy = Accuracy {
+            share: 0.934,
+            low: 0.887,
+            high: 0.962,
+            judged: 540,
+        };
+        let words = "93.4% of the labelled pixels are right; with 95% confidence, 88.7% to 96.2%";
+        assert_eq!(in_words(&accuracy), words);
+    }
+}
