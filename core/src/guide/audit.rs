@@ -121,7 +121,8 @@ impl Audit {
         let (mut frames, mut rounds) = (Vec::new(), Vec::new());
         for number in 0..count {
             let step = summed.len() as f64 / count as f64;
-            let (frame, map, _, entropy) = &summed[((start + number as f64) * step) as usize];
+            let at = ((start + number as f64) * step) as usize;
+            let (frame, map, _, entropy) = &summed[at.min(summed.len() - 1)];
             let (drawn, labelled) = places(map, frames.len(), &mut rng);
             let in_rows = drawn.chunks(IN_A_ROW).enumerate();
             rounds.extend(in_rows.map(|(round, places)| (round, places.to_vec())));
@@ -218,7 +219,8 @@ fn places(map: &FrameMap, frame: usize, rng: &mut SmallRng) -> (Vec<AuditPlace>,
     let count = PLACES.min(pixels.len());
     let part = pixels.len() as f64 / count.max(1) as f64;
     let place = |number: usize| {
-        let pixel = pixels[((number as f64 + rng.random::<f64>()) * part) as usize];
+        let at = ((number as f64 + rng.random::<f64>()) * part) as usize;
+        let pixel = pixels[at.min(pixels.len() - 1)];
         let width = map.width as usize;
         AuditPlace {
             frame,

@@ -8,7 +8,7 @@ use inplace_model::{Command, Commands};
 use crate::widgets::choice_box;
 
 /// Below this width the filters are a list to choose from.
-const ROOMY: f32 = 740.0;
+const ROOMY: f32 = 720.0;
 
 /// The row with what is being typed.
 #[derive(Debug, Default)]
@@ -56,7 +56,7 @@ impl FrameFilterRow {
             .hint_text("Go to frame")
             .align(egui::Align2::LEFT_CENTER)
             .min_size(egui::vec2(0.0, ui.spacing().interact_size.y))
-            .desired_width(most.min(136.0));
+            .desired_width(most.min(104.0));
         let response = ui.add(field).accessible_name("Go to frame");
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         response.on_hover_text("A frame's number or name, or a part of the name; Enter goes there");
@@ -88,7 +88,7 @@ fn named(filter: FrameFilter) -> (&'static str, &'static str) {
             "Disagreeing",
             "Frames with strokes that the others contradict, or whose imported labels differ from the map on more than 10% of the pixels",
         ),
-        FrameFilter::Unchecked => ("Not checked", "Frames that are not marked as checked"),
+        FrameFilter::Unchecked => ("Unchecked", "Frames that are not marked as checked"),
     }
 }
 

@@ -192,7 +192,7 @@ fn frames_are_marked_as_checked_and_an_audit_is_judged_by_keys_and_both_are_kept
         // The maps stay as they are.
         assert_eq!(window.generation(), generation);
         window.sees_part("Frame rgb_2: no strokes, checked, ");
-        window.sees("Not checked 4");
+        window.sees("Unchecked 4");
         window.key(Key::T);
         window.sees("1 of 5 checked");
         window.act(Command::GoToFrame(0));
