@@ -93,7 +93,7 @@ table! {
         "Previous frame, of those that the filmstrip shows" => Command::StepFrame(-1);
     NEXT_FRAME "Next frame" [key("D"), key("Right")] "Next frame, of those that the filmstrip shows"
         => Command::StepFrame(1);
-    MARK_CHECKED "Mark as checked" [key("K")] "Mark the frame as checked, or take the mark away"
+    MARK_CHECKED "Mark as checked" [key("M")] "Mark the frame as checked, or take the mark away"
         => Command::ToggleChecked;
     NEXT_SUGGESTION "Next" [key("N")] "Go to the next suggestion" => Command::NextSuggestion;
     PREVIOUS_SUGGESTION "Previous" [key("N").with_shift()] "Go to the suggestion before"

@@ -188,7 +188,7 @@ fn frames_are_marked_as_checked_and_an_audit_is_judged_by_keys_and_both_are_kept
         answer(&mut window, [1000; FRAMES], &[]);
         window.act(Command::GoToFrame(2));
         let generation = window.generation();
-        window.key(Key::K);
+        window.key(Key::M);
         // The maps stay as they are.
         assert_eq!(window.generation(), generation);
         window.sees_part("Frame rgb_2: no strokes, checked, ");
