@@ -33,6 +33,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::TOLD;
 pub(crate) use cache::Cache;
@@ -105,8 +106,8 @@ pub struct OpenOptions {
     pub depth: bool,
     /// Bytes that decoded images may take in memory. Of a capture that takes more only the keyframes' stay there.
     pub image_bytes: u64,
-    /// Read images that a capture names outside its folder, or that links lead to there. A capture from elsewhere
-    /// could name any file of this computer, so that the person has to allow it.
+    /// Read images that a file of the capture names outside its folder. A capture from elsewhere could name any file of
+    /// this computer, so that the person has to allow it. Links in the folder are followed in any case.
     pub outside_files: bool,
 }
 
@@ -234,6 +235,7 @@ impl Scene {
         }
         scene.take_the_size_of_a_room();
         keyframes::choose(&mut scene, options)?;
+        scene.warn_of_wide_lenses();
         for sentence in scene.warnings.iter_mut().chain(&mut scene.notes) {
             *sentence = shown(&*sentence);
         }
@@ -269,6 +271,20 @@ impl Scene {
         self.notes.push(format!(
             "a metre here is {unit:.4} units of the poses: without depth their scale is arbitrary, and the cameras now span 2 m"
         ));
+    }
+
+    fn warn_of_wide_lenses(&mut self) {
+        let bent = self.frames.par_iter();
+        let beyond = bent.filter_map(|frame| Some(frame.lens?.share_beyond(&frame.camera)));
+        let beyond: Vec<f32> = beyond.filter(|&share| share > 0.0).collect();
+        if let Some(most) = beyond.iter().copied().reduce(f32::max) {
+            self.warnings.push(format!(
+                "{} frames have a lens that sees more than their straightened image shows: up to {:.0}% of their pixels, \
+                 at the rim, stay void",
+                beyond.len(),
+                100.0 * most
+            ));
+        }
     }
 
     /// Name for people: [`SceneSource::name`].

@@ -108,13 +108,9 @@ fn assert_sentence(message: &str) {
 /// Two frames of this width and height, the second through a lens.
 fn two_frames([width, height]: [u32; 2]) -> Scene {
     let camera = Camera::with_horizontal_fov(width, height, 90.0);
-    let distortion = Distortion {
-        k1: -0.05,
-        ..Distortion::default()
-    };
     let lens = Lens {
         image: camera,
-        distortion,
+        distortion: Distortion::opencv([-0.05]),
     };
     let pinhole = lens.pinhole().expect("a mild lens");
     let frame = |number: usize, camera: Camera, lens: Option<Lens>| Frame {

@@ -120,21 +120,28 @@ fn a_small_fault_is_counted_in_a_warning_and_the_rest_is_labelled() {
     assert_eq!(files_below(&disk.path("out/labels")).len(), 9);
 }
 
-/// The same capture with an image that is a link to a place outside of it.
+/// Labs keep the images of many captures in one place, with links to them.
 #[cfg(unix)]
 #[test]
-fn images_outside_the_folder_are_refused_unless_the_flag_allows_them() {
+fn images_that_are_links_open_and_those_that_a_file_names_outside_the_folder_need_the_option() {
     let disk = OnDisk::default();
-    let (image, outside) = (disk.path("room/rgb/rgb_3.png"), disk.path("outside.png"));
-    fs::rename(&image, &outside).unwrap();
-    std::os::unix::fs::symlink(&outside, &image).unwrap();
-    let mut info = inplace();
-    info.arg("info").arg(disk.path("room"));
-    for (what, command) in [("info", info), ("label", disk.label(&[]))] {
-        assert_refused(&disk, what, command, &["rgb_3.png", "--outside-files"]);
-    }
-    let facts = inplace_tests::info(&disk.path("room"), &["--outside-files"]);
-    assert_eq!(facts["frames"], 10);
-    succeed(&mut disk.label(&["--outside-files", "--budget", "2"]));
+    let (images, outside) = (disk.path("room/rgb"), disk.path("kept"));
+    fs::rename(&images, &outside).unwrap();
+    std::os::unix::fs::symlink(&outside, &images).unwrap();
+    succeed(&mut disk.label(&["--budget", "2"]));
     assert_eq!(files_below(&disk.path("out/labels")).len(), 10);
+
+    let listing = disk.path("listing");
+    fs::create_dir(&listing).unwrap();
+    let frame = |number: usize| {
+        let pose = [[1, 0, 0, number], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
+        serde_json::json!({"file_path": format!("../kept/rgb_{number}.png"), "transform_matrix": pose})
+    };
+    let frames = serde_json::json!({"camera_angle_x": 1.5, "frames": [frame(0), frame(1)]});
+    fs::write(listing.join("transforms.json"), frames.to_string()).unwrap();
+    let mut info = inplace();
+    info.arg("info").arg(&listing);
+    assert_refused(&disk, "info", info, &["transforms.json", "--outside-files"]);
+    let facts = inplace_tests::info(&listing, &["--outside-files"]);
+    assert_eq!(facts["frames"], 2);
 }

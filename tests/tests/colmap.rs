@@ -19,6 +19,9 @@ const UNIT: f32 = 3.0;
 /// Every so many pixels of a frame shows a point of the model.
 const POINT_EVERY: usize = 37;
 
+/// Radial distortion of the lens, k1 and k2.
+const RADIAL: [f64; 2] = [-0.06, 0.01];
+
 /// The images are a cut-out of the small capture's frames through this lens.
 fn lens() -> Lens {
     let camera = Small::get().scene.frames[0].camera;
@@ -30,11 +33,7 @@ fn lens() -> Lens {
             cy: camera.cy - 3.0,
             ..camera
         },
-        distortion: Distortion {
-            k1: -0.06,
-            k2: 0.01,
-            ..Distortion::default()
-        },
+        distortion: Distortion::opencv(RADIAL),
     }
 }
 
@@ -86,8 +85,8 @@ fn write(folder: &Path) {
         let [tx, ty, tz] = (UNIT * world_to_camera.translation).to_array();
         writeln!(images, "1 {w} {x} {y} {z} {tx} {ty} {tz} 1 {name}\n{places}").unwrap();
     }
-    let Lens { image, distortion } = lens;
-    let Distortion { k1, k2, .. } = distortion;
+    let image = lens.image;
+    let [k1, k2] = RADIAL;
     let (width, height, cx, cy) = (image.width, image.height, image.cx, image.cy);
     let camera = format!("1 RADIAL {width} {height} {} {cx} {cy} {k1} {k2}\n", image.fx);
     for (name, text) in [("cameras", camera), ("images", images), ("points3D", points)] {

@@ -1,8 +1,8 @@
 //! Captures with a COLMAP model: structure from motion.
 //!
 //! - `images/`: the colour images, by the names that the model gives them
-//! - `sparse/0/`, `sparse/` or `colmap/sparse/0/`: `cameras`, `images` and `points3D`, all `.bin` or all
-//!   `.txt`
+//! - `sparse/0/`, `sparse/1/`, ..., `sparse/`, and the same below `colmap/`: `cameras`, `images` and `points3D`, all
+//!   `.bin` or all `.txt`; of several models that with most images is read
 //! - `masks/`, where there are any: `images/a/b.jpg` has `masks/a/b.jpg.png` or `masks/a/b.png`, black where it shows
 //!   no part of the scene
 //!
@@ -20,7 +20,7 @@ use glam::{DAffine3, DMat3, DQuat};
 
 use super::camera::{FARTHEST, median_position, rigid, unit_of_cameras};
 use super::error::{PoseError, refuse};
-use super::files::{Reach, frame_names, leave_out};
+use super::files::{check_name, file_name, frame_names, leave_out};
 use super::formats::Format;
 use super::images::ImageFile;
 use super::pixel_errors::{PixelErrors, median};
@@ -37,8 +37,8 @@ pub(super) const FORMAT: Format = Format {
     read,
 };
 
-/// Where the model may lie below the capture's folder; the first that holds one counts.
-const PLACES: [&str; 3] = ["sparse/0", "sparse", "colmap/sparse/0"];
+/// Where models may lie below the capture's folder, in numbered folders or by themselves.
+const PLACES: [&str; 2] = ["sparse", "colmap/sparse"];
 /// Median distance of the model's points from the cameras that see them, in metres, after scaling.
 const MEDIAN_DEPTH: f64 = 2.5;
 /// Fewest images that must have seen a point, and its largest mean error in pixels, for it to count.
@@ -47,21 +47,65 @@ const MOST_ERROR: f64 = 2.0;
 
 /// Whether a folder looks like this format, complete or not.
 fn recognise(folder: &Path) -> bool {
-    find_model(folder).is_some()
+    !find_models(folder).is_empty()
 }
 
-/// The folder of the model, and the extension of its files.
-fn find_model(folder: &Path) -> Option<(PathBuf, &'static str)> {
-    PLACES.iter().map(|place| folder.join(place)).find_map(|place| {
-        let holds = |extension: &str| {
+/// The folders of models, by their numbers, and the extension of their files; binary files win.
+fn find_models(folder: &Path) -> Vec<(PathBuf, &'static str)> {
+    let places = PLACES.iter().flat_map(|place| {
+        let place = folder.join(place);
+        let mut numbered: Vec<(u32, PathBuf)> = std::fs::read_dir(&place)
+            .into_iter()
+            .flatten()
+            .filter_map(|entry| {
+                let path = entry.ok()?.path();
+                Some((file_name(&path).parse().ok()?, path))
+            })
+            .collect();
+        numbered.sort();
+        numbered.into_iter().map(|(_, path)| path).chain([place])
+    });
+    let with_extension = places.filter_map(|place| {
+        let holds = |extension: &&str| {
             let has = |name: &str| place.join(name).with_extension(extension).is_file();
             has("cameras") || has("images")
         };
-        ["bin", "txt"]
-            .into_iter()
-            .find(|extension| holds(extension))
-            .map(|extension| (place.clone(), extension))
-    })
+        let extension = ["bin", "txt"].into_iter().find(holds)?;
+        Some((place, extension))
+    });
+    with_extension.collect()
+}
+
+/// The model with most images, the first of several, and what to say of the others.
+fn largest(folder: &Path, models: Vec<(PathBuf, &'static str)>) -> Option<((PathBuf, &'static str), String)> {
+    // A model by itself is not read twice; one that cannot be read is not the largest.
+    let count = |(place, extension): &(PathBuf, &'static str)| -> usize {
+        let file = place.join("images").with_extension(extension);
+        let mut model = Model::default();
+        let bytes = std::fs::read(&file).unwrap_or_default();
+        let read = readers(*extension == "bin")[1](&file, &bytes, &mut model);
+        read.map_or(0, |()| model.images.len())
+    };
+    let mut counted: Vec<_> = match models.len() {
+        1 => models.into_iter().map(|model| (0, model)).collect(),
+        _ => models.into_iter().map(|model| (count(&model), model)).collect(),
+    };
+    counted.sort_by_key(|(images, _)| std::cmp::Reverse(*images));
+    let mut counted = counted.into_iter();
+    let (_, found) = counted.next()?;
+    let others: Vec<String> = counted
+        .map(|(images, (place, _))| format!("{} with {images} images", below(folder, &place)))
+        .collect();
+    let others = match others.is_empty() {
+        true => String::new(),
+        false => format!("; the largest model, beside {}", others.join(", ")),
+    };
+    Some((found, others))
+}
+
+/// A path as seen from the capture's folder.
+fn below(folder: &Path, path: &Path) -> String {
+    path.strip_prefix(folder).unwrap_or(path).display().to_string()
 }
 
 /// The images of a model that are still on disk, in the model's own coordinates, and for each where it shows which point.
@@ -69,9 +113,9 @@ type Images = (Vec<Listed>, Vec<Vec<Observation>>);
 
 /// Reads a folder in this format.
 fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
-    let Some((place, extension)) = find_model(folder) else {
+    let Some(((place, extension), others)) = largest(folder, find_models(folder)) else {
         refuse!(
-            folder.join(PLACES[0]),
+            folder.join("sparse/0"),
             "holds no model; put cameras.bin, images.bin and points3D.bin there"
         );
     };
@@ -83,10 +127,9 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
             place.display()
         ));
     }
-    let mut notes = vec![describe(folder, &place, extension, &model)];
+    let mut notes = vec![describe(folder, &place, extension, &model) + &others];
     let images_file = place.join("images").with_extension(extension);
-    let reach = Reach::of(folder, options);
-    let images = list(folder, &images_file, &reach, &mut model, &mut warnings)?;
+    let images = list(folder, &images_file, options, &mut model, &mut warnings)?;
     let unit = choose_unit(&images, &model);
     let origin = median_position(images.0.iter().map(|frame| frame.camera_to_world.translation));
     let placing = Placing { origin, unit };
@@ -152,7 +195,7 @@ fn describe(folder: &Path, place: &Path, extension: &str, model: &Model) -> Stri
     let kind = if extension == "bin" { "binary" } else { "text" };
     format!(
         "{kind} model in {}: {} images, {} cameras ({}), {} points",
-        place.strip_prefix(folder).unwrap_or(place).display(),
+        below(folder, place),
         model.images.len(),
         model.cameras.len(),
         kinds.join(", "),
@@ -165,7 +208,7 @@ fn describe(folder: &Path, place: &Path, extension: &str, model: &Model) -> Stri
 fn list(
     folder: &Path,
     file: &Path,
-    reach: &Reach,
+    options: OpenOptions,
     model: &mut Model,
     warnings: &mut Vec<String>,
 ) -> Result<Images, SceneError> {
@@ -175,8 +218,7 @@ fn list(
     }
     images.sort_by(|a, b| a.name.cmp(&b.name));
     for image in &images {
-        reach.check_name(file, "", &image.name)?;
-        reach.check_file(&folder.join("images").join(&image.name))?;
+        check_name(options.outside_files, file, "", &image.name)?;
     }
     let names: Vec<&str> = images.iter().map(|image| image.name.as_str()).collect();
     let stems = frame_names(file, &names)?;
@@ -192,7 +234,6 @@ fn list(
             );
         };
         let mask = find_mask(folder, &image.name);
-        mask.iter().try_for_each(|mask| reach.check_file(mask))?;
         match camera_to_world(&image) {
             Ok(camera_to_world) => {
                 listed.push(Listed {

@@ -7,10 +7,10 @@ use std::path::{Component, Path, PathBuf};
 
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
+use super::SceneError;
 use super::error::{ImageError, refusal, refuse};
 use super::label_images::frame_number;
 use super::lens::LARGEST_SIDE;
-use super::{OpenOptions, SceneError};
 
 /// One warning for all files with the same problem: how many, and the first of them.
 pub(super) fn warn(warnings: &mut Vec<String>, what: &str, examples: &[String]) {
@@ -157,61 +157,27 @@ pub(super) fn numbered_files(
     Ok(files)
 }
 
-/// Which image files a capture may consist of: those inside its folder, or any where the person allows it.
-pub(super) struct Reach {
-    /// The capture's folder, without links; `None` where files may lie anywhere.
-    folder: Option<PathBuf>,
-}
-
-impl Reach {
-    /// That of the capture in a folder.
-    pub fn of(folder: &Path, options: OpenOptions) -> Self {
-        // A folder that cannot be resolved cannot be read either, which its reader says.
-        let resolved = || folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
-        Self {
-            folder: (!options.outside_files).then(resolved),
-        }
+/// Refuses a path that `file` of the capture names `at` some line ("line 3 ", or nothing): one that no file can have, and,
+/// unless files may lie anywhere, one that leaves the folder that it starts from. Links that lie in the folder were put
+/// there by whoever keeps it, and may lead anywhere.
+pub(super) fn check_name(outside_files: bool, file: &Path, at: &str, name: &str) -> Result<(), SceneError> {
+    let mut parts = Path::new(name).components();
+    let is_normal = |part: Component| matches!(part, Component::Normal(_));
+    if !parts.clone().any(is_normal) || name.contains('\0') {
+        refuse!(
+            file,
+            "{at}names {name:?}, which is not the path of a file; give that of the image"
+        );
     }
-
-    /// Refuses a path that `file` of the capture names `at` some line ("line 3 ", or nothing): one that no file can
-    /// have, and one that leaves the folder that it starts from.
-    pub fn check_name(&self, file: &Path, at: &str, name: &str) -> Result<(), SceneError> {
-        let mut parts = Path::new(name).components();
-        let is_normal = |part: Component| matches!(part, Component::Normal(_));
-        if !parts.clone().any(is_normal) || name.contains('\0') {
-            refuse!(
-                file,
-                "{at}names {name:?}, which is not the path of a file; give that of the image"
-            );
-        }
-        let stays = parts.all(|part| is_normal(part) || part == Component::CurDir);
-        if self.folder.is_some() && !stays {
-            refuse!(
-                file,
-                "{at}names {name:?}, which is not a path inside the folder of the scene; move the file into it and \
-                 give its path from there, or allow such files with --outside-files"
-            );
-        }
-        Ok(())
+    let stays = parts.all(|part| is_normal(part) || part == Component::CurDir);
+    if !outside_files && !stays {
+        refuse!(
+            file,
+            "{at}names {name:?}, which is not a path inside the folder of the scene; move the file into it and \
+             give its path from there, or allow such files with --outside-files"
+        );
     }
-
-    /// Refuses a file that links lead out of the capture's folder; one that is missing is its reader's to judge.
-    pub fn check_file(&self, path: &Path) -> Result<(), SceneError> {
-        let Some(folder) = &self.folder else {
-            return Ok(());
-        };
-        if let Ok(target) = path.canonicalize()
-            && !target.starts_with(folder)
-        {
-            refuse!(
-                path,
-                "is reached by a link and lies outside the folder of the scene, at {}; copy it into the folder, or \
-                 allow such files with --outside-files",
-                target.display()
-            );
-        }
-        Ok(())
-    }
+    Ok(())
 }
 
 /// The name of each frame: the stem of its image, or its whole path with `_` between the folders where

@@ -8,7 +8,7 @@ use std::path::Path;
 use image::ImageReader;
 
 use super::transforms::Transforms;
-use super::{OpenOptions, SceneError, colmap, files, replica, rgbd, tum};
+use super::{SceneError, colmap, files, replica, rgbd, tum};
 
 /// Parses the bytes of a file; the path is for messages.
 pub type Parser = fn(&Path, &[u8]) -> Result<(), SceneError>;
@@ -24,9 +24,8 @@ pub const SCANNET_MATRIX: Parser = |path, bytes| text(path, bytes, rgbd::text::p
 /// `rgb.txt` or `depth.txt` of TUM RGB-D.
 pub const TUM_IMAGES: Parser = |path, bytes| {
     let folder = path.parent().unwrap_or(path);
-    let reach = files::Reach::of(folder, OpenOptions::default());
     text(path, bytes, |path, text| {
-        tum::parse_images(folder, path, text, &reach)
+        tum::parse_images(folder, path, text, false)
     })
 };
 /// `groundtruth.txt` of TUM RGB-D.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::camera::median_position;
 use super::error::{CameraError, ImageError, refuse};
-use super::files::{Reach, dimensions, file_name, stem, warn};
+use super::files::{dimensions, file_name, stem, warn};
 use super::images::ImageFile;
 use super::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
 use super::{Camera, OpenOptions, Scene, SceneError, SceneSource};
@@ -58,8 +58,8 @@ pub(super) struct Layout<'a> {
 /// Decodes the listed frames; those that cannot be used are left out and counted, up to half of them.
 ///
 /// # Errors
-/// More than that, an image outside the capture where that is not allowed, intrinsics that do not fit, or a depth
-/// image of other proportions than its colour image that no camera of its own is known for.
+/// More than that, intrinsics that do not fit, or a depth image of other proportions than its colour image that no camera
+/// of its own is known for.
 pub(super) fn read(
     layout: &Layout,
     found: Vec<Found>,
@@ -68,12 +68,6 @@ pub(super) fn read(
     options: OpenOptions,
     progress: Progress,
 ) -> Result<Scene, SceneError> {
-    let reach = Reach::of(layout.folder, options);
-    for frame in &found {
-        for path in [Some(&frame.path), frame.depth.as_ref()].into_iter().flatten() {
-            reach.check_file(path)?;
-        }
-    }
     let listed = with_cameras(layout, found, &mut warnings, &mut notes)?;
     let has_depth = listed.iter().any(|frame| frame.depth.is_some());
     let origin = choose_origin(&listed);

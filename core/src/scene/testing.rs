@@ -54,13 +54,9 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
 
 /// Makes a frame one of a lens with this radial distortion: its camera becomes that of the straightened image.
 pub fn bend(frame: &mut Frame, k1: f64) {
-    let distortion = Distortion {
-        k1,
-        ..Distortion::default()
-    };
     let lens = Lens {
         image: frame.camera,
-        distortion,
+        distortion: Distortion::opencv([k1]),
     };
     frame.camera = lens.pinhole().unwrap();
     frame.lens = Some(lens);

@@ -14,7 +14,7 @@ use image::DynamicImage;
 
 use super::camera::{median_position, sampled, unit_of_cameras};
 use super::error::{ImageError, refusal, refuse};
-use super::files::{Reach, decode_image, dimensions, frame_names, leave_out, warn};
+use super::files::{check_name, decode_image, dimensions, frame_names, leave_out, warn};
 use super::formats::Format;
 use super::frame::to_image;
 use super::images::ImageFile;
@@ -44,8 +44,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
     let file = folder.join("transforms.json");
     let transforms = Transforms::read(&file)?;
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
-    let reach = Reach::of(folder, options);
-    let mut listed = list(folder, &file, &reach, &transforms, &mut warnings)?;
+    let mut listed = list(folder, &file, options.outside_files, &transforms, &mut warnings)?;
     let centres = || listed.iter().map(|frame| frame.camera_to_world.translation);
     // Measured depth is in metres, and so are poses that agree with it; whether it is read does not matter.
     let metric = listed.iter().any(|frame| frame.depth.is_some());
@@ -94,7 +93,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
 fn list(
     folder: &Path,
     file: &Path,
-    reach: &Reach,
+    outside_files: bool,
     transforms: &Transforms,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Listed>, SceneError> {
@@ -103,7 +102,7 @@ fn list(
     for entry in &transforms.frames {
         let (depth, mask) = (entry.depth_file_path.as_ref(), entry.mask_path.as_ref());
         for name in [Some(&entry.file_path), depth, mask].into_iter().flatten() {
-            reach.check_name(file, "", name)?;
+            check_name(outside_files, file, "", name)?;
         }
         let Some(name) = image_name(folder, &entry.file_path) else {
             missing.push(format!("{:?}", entry.file_path));
@@ -114,9 +113,6 @@ fn list(
             depth.map(|depth| folder.join(depth)),
             mask.map(|mask| folder.join(mask)),
         );
-        for path in [Some(&path), depth.as_ref(), mask.as_ref()].into_iter().flatten() {
-            reach.check_file(path)?;
-        }
         let size = match transforms.size(entry).map_or_else(
             || dimensions(&path).map(|(width, height)| [width, height].map(f64::from)),
             Ok,

@@ -15,7 +15,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::camera::rigid;
 use super::error::{PoseError, refuse};
-use super::files::{Reach, file_name, leave_out, stem, warn};
+use super::files::{check_name, file_name, leave_out, stem, warn};
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::text::{parse_numbers, read_text};
@@ -112,14 +112,13 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
 /// The frames whose image has a usable pose, and depth where there is any, at about its time; in the order
 /// of their times.
 fn list(folder: &Path, options: OpenOptions, warnings: &mut Vec<String>) -> Result<Vec<Found>, SceneError> {
-    let reach = Reach::of(folder, options);
-    let images = read_images(folder, "rgb.txt", &reach)?;
+    let images = read_images(folder, "rgb.txt", options.outside_files)?;
     check_names(folder, &images)?;
     // Which frames there are does not depend on whether depth is wanted, so that labels fit either way.
     let depths = folder.join("depth.txt");
     let depths = depths
         .exists()
-        .then(|| read_images(folder, "depth.txt", &reach))
+        .then(|| read_images(folder, "depth.txt", options.outside_files))
         .transpose()?;
     let trajectory = folder.join("groundtruth.txt");
     let poses = read_poses(&trajectory)?;
@@ -180,9 +179,9 @@ fn nearest<T>(sorted: &[(f64, T)], time: f64) -> Option<&T> {
 }
 
 /// Reads a list of images, sorted by time.
-fn read_images(folder: &Path, list: &str, reach: &Reach) -> Result<Vec<(f64, PathBuf)>, SceneError> {
+fn read_images(folder: &Path, list: &str, outside_files: bool) -> Result<Vec<(f64, PathBuf)>, SceneError> {
     let path = folder.join(list);
-    parse_images(folder, &path, &read_text(&path)?, reach)
+    parse_images(folder, &path, &read_text(&path)?, outside_files)
 }
 
 /// The images in the text of the list at `path`, sorted by time.
@@ -190,7 +189,7 @@ pub(super) fn parse_images(
     folder: &Path,
     path: &Path,
     text: &str,
-    reach: &Reach,
+    outside_files: bool,
 ) -> Result<Vec<(f64, PathBuf)>, SceneError> {
     let mut images = Vec::new();
     for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
@@ -208,7 +207,7 @@ pub(super) fn parse_images(
                 "line {line} is not a time in seconds and a path inside the folder; correct that line"
             );
         };
-        reach.check_name(path, &format!("line {line} "), name)?;
+        check_name(outside_files, path, &format!("line {line} "), name)?;
         images.push((time, folder.join(name)));
     }
     if images.is_empty() {

@@ -9,23 +9,21 @@ use super::{FEWEST_VIEWS, MOST_ERROR};
 use crate::scene::error::{refusal, refuse};
 use crate::scene::{Camera, Distortion, Lens, SceneError};
 
-/// The camera models by their number: name and number of parameters; those that can be used come first.
-const CAMERA_MODELS: [(&str, usize); 12] = [
-    ("SIMPLE_PINHOLE", 3),
-    ("PINHOLE", 4),
-    ("SIMPLE_RADIAL", 4),
-    ("RADIAL", 5),
-    ("OPENCV", 8),
-    ("OPENCV_FISHEYE", 8),
-    ("FULL_OPENCV", 12),
-    ("FOV", 5),
-    ("SIMPLE_RADIAL_FISHEYE", 4),
-    ("RADIAL_FISHEYE", 5),
-    ("THIN_PRISM_FISHEYE", 12),
-    ("RAD_TAN_THIN_PRISM_FISHEYE", 16),
+/// The camera models by their number: name, and number of parameters of those that can be used.
+pub(super) const CAMERA_MODELS: [(&str, Option<usize>); 12] = [
+    ("SIMPLE_PINHOLE", Some(3)),
+    ("PINHOLE", Some(4)),
+    ("SIMPLE_RADIAL", Some(4)),
+    ("RADIAL", Some(5)),
+    ("OPENCV", Some(8)),
+    ("OPENCV_FISHEYE", Some(8)),
+    ("FULL_OPENCV", Some(12)),
+    ("FOV", None),
+    ("SIMPLE_RADIAL_FISHEYE", Some(4)),
+    ("RADIAL_FISHEYE", Some(5)),
+    ("THIN_PRISM_FISHEYE", None),
+    ("RAD_TAN_THIN_PRISM_FISHEYE", None),
 ];
-/// How many of them can be used.
-const USABLE: usize = 5;
 
 /// A whole model, in its own coordinates and unit.
 #[derive(Debug, Default)]
@@ -122,17 +120,17 @@ pub(super) fn parameters_of(file: &Path, camera: u32, model: i64) -> Result<usiz
         .ok()
         .and_then(|model| CAMERA_MODELS.get(model));
     match known {
-        Some(&(name, _)) if model as usize >= USABLE => Err(refused(file, camera, name)),
-        Some(&(_, count)) => Ok(count),
+        Some(&(name, None)) => Err(refused(file, camera, name)),
+        Some(&(_, Some(count))) => Ok(count),
         None => Err(refused(file, camera, &format!("number {model}"))),
     }
 }
 
 /// The number of a camera model by its name, or a refusal that names the camera.
 pub(super) fn model_named(file: &Path, camera: u32, name: &str) -> Result<i64, SceneError> {
-    let known = CAMERA_MODELS[..USABLE]
+    let known = CAMERA_MODELS
         .iter()
-        .position(|(known, _)| *known == name);
+        .position(|(known, count)| *known == name && count.is_some());
     // At most a dozen models.
     known
         .map(|model| model as i64)
@@ -140,7 +138,8 @@ pub(super) fn model_named(file: &Path, camera: u32, name: &str) -> Result<i64, S
 }
 
 fn refused(file: &Path, camera: u32, model: &str) -> SceneError {
-    let usable: Vec<&str> = CAMERA_MODELS[..USABLE].iter().map(|(name, _)| *name).collect();
+    let usable = CAMERA_MODELS.iter().filter(|(_, count)| count.is_some());
+    let usable: Vec<&str> = usable.map(|(name, _)| *name).collect();
     refusal!(
         file,
         "camera {camera} has the camera model {}, which cannot be used; undistort the images first (colmap \
@@ -169,12 +168,23 @@ impl ModelCamera {
             )
         };
         let expected = parameters_of(file, id, model)?;
-        let (fx, fy, cx, cy, k1, k2, p1, p2) = match (model, parameters) {
-            (0, &[f, cx, cy]) => (f, f, cx, cy, 0.0, 0.0, 0.0, 0.0),
-            (1, &[fx, fy, cx, cy]) => (fx, fy, cx, cy, 0.0, 0.0, 0.0, 0.0),
-            (2, &[f, cx, cy, k]) => (f, f, cx, cy, k, 0.0, 0.0, 0.0),
-            (3, &[f, cx, cy, k1, k2]) => (f, f, cx, cy, k1, k2, 0.0, 0.0),
-            (4, &[fx, fy, cx, cy, k1, k2, p1, p2]) => (fx, fy, cx, cy, k1, k2, p1, p2),
+        let (intrinsics, distortion) = match (model, parameters) {
+            (0, &[f, cx, cy]) => ([f, f, cx, cy], Distortion::default()),
+            (1, &[fx, fy, cx, cy]) => ([fx, fy, cx, cy], Distortion::default()),
+            (2, &[f, cx, cy, k]) => ([f, f, cx, cy], Distortion::opencv([k])),
+            (3, &[f, cx, cy, k1, k2]) => ([f, f, cx, cy], Distortion::opencv([k1, k2])),
+            (4, &[fx, fy, cx, cy, k1, k2, p1, p2]) => {
+                ([fx, fy, cx, cy], Distortion::opencv([k1, k2, p1, p2]))
+            }
+            (5, &[fx, fy, cx, cy, k1, k2, k3, k4]) => {
+                ([fx, fy, cx, cy], Distortion::fisheye([k1, k2, k3, k4]))
+            }
+            (6, &[fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6]) => {
+                let distortion = Distortion::opencv([k1, k2, p1, p2, k3, k4, k5, k6]);
+                ([fx, fy, cx, cy], distortion)
+            }
+            (8, &[f, cx, cy, k]) => ([f, f, cx, cy], Distortion::fisheye([k])),
+            (9, &[f, cx, cy, k1, k2]) => ([f, f, cx, cy], Distortion::fisheye([k1, k2])),
             _ => {
                 let count = parameters.len();
                 return Err(unusable(format!(
@@ -182,9 +192,8 @@ impl ModelCamera {
                 )));
             }
         };
-        let distortion = Distortion { k1, k2, p1, p2 };
         let (lens, pinhole) =
-            Lens::checked(size, [fx, fy, cx, cy], distortion).map_err(|error| unusable(error.to_string()))?;
+            Lens::checked(size, intrinsics, distortion).map_err(|error| unusable(error.to_string()))?;
         Ok(Self {
             model: CAMERA_MODELS[model as usize].0,
             lens,

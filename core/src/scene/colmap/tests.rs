@@ -8,6 +8,7 @@ use std::fs;
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
+use super::model::CAMERA_MODELS;
 use super::*;
 #[cfg(unix)]
 use crate::scene::testing::move_out;
@@ -21,12 +22,7 @@ const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
 /// Units of the model in a metre of the wall.
 const SCALE: f64 = 7.0;
-const BARREL: Distortion = Distortion {
-    k1: -0.12,
-    k2: 0.01,
-    p1: 0.001,
-    p2: -0.002,
-};
+const BARREL: [f64; 4] = [-0.12, 0.01, 0.001, -0.002];
 
 /// Where an image shows a point: x, y and the point's id, or -1.
 type Place = (f64, f64, i64);
@@ -46,17 +42,27 @@ struct Fixture {
 
 impl Fixture {
     /// The wall of three cameras of the given model, and points on it that all of them see.
-    fn of_wall(model: i32, distortion: Distortion) -> Self {
+    fn of_wall(model: i32) -> Self {
         let scene = wall(3, WIDTH, HEIGHT);
-        let Distortion { k1, k2, p1, p2 } = distortion;
+        let [k1, k2, p1, p2] = BARREL;
         let camera = scene.frames[0].camera;
         let (f, cx, cy) = (f64::from(camera.fx), f64::from(camera.cx), f64::from(camera.cy));
-        let parameters = match model {
-            0 => vec![f, cx, cy],
-            1 => vec![f, f, cx, cy],
-            2 => vec![f, cx, cy, k1],
-            3 => vec![f, cx, cy, k1, k2],
-            _ => vec![f, f, cx, cy, k1, k2, p1, p2],
+        let (parameters, distortion) = match model {
+            0 => (vec![f, cx, cy], Distortion::default()),
+            1 => (vec![f, f, cx, cy], Distortion::default()),
+            2 => (vec![f, cx, cy, k1], Distortion::opencv([k1])),
+            3 => (vec![f, cx, cy, k1, k2], Distortion::opencv([k1, k2])),
+            4 => (vec![f, f, cx, cy, k1, k2, p1, p2], Distortion::opencv(BARREL)),
+            5 => (
+                vec![f, f, cx, cy, 0.03, -0.01, 0.002, -0.0005],
+                Distortion::fisheye([0.03, -0.01, 0.002, -0.0005]),
+            ),
+            6 => (
+                vec![f, f, cx, cy, k1, k2, p1, p2, 0.01, 0.1, 0.02, 0.003],
+                Distortion::opencv([k1, k2, p1, p2, 0.01, 0.1, 0.02, 0.003]),
+            ),
+            8 => (vec![f, cx, cy, k1], Distortion::fisheye([k1])),
+            _ => (vec![f, cx, cy, k1, k2], Distortion::fisheye([k1, k2])),
         };
         let lens = Lens {
             image: camera,
@@ -134,7 +140,7 @@ impl Fixture {
             ("# cameras\n".to_owned(), "# images\n\n".to_owned(), String::new());
         let joined = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
         for (id, model, parameters) in &self.cameras {
-            let name = ["SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"][*model as usize];
+            let (name, _) = CAMERA_MODELS[*model as usize];
             writeln!(cameras, "{id} {name} {WIDTH} {HEIGHT} {}", joined(parameters)).unwrap();
         }
         for (id, (name, pose, camera, places)) in (1..).zip(&self.images) {
@@ -171,7 +177,7 @@ fn capture<T: AsRef<[u8]>>(place: &str, model: &[(&'static str, T)]) -> (TempDir
 
 /// A capture of three plain cameras, with its model in `sparse/0`.
 fn plain() -> (TempDir, PathBuf) {
-    capture("sparse/0", &Fixture::of_wall(1, Distortion::default()).binary())
+    capture("sparse/0", &Fixture::of_wall(1).binary())
 }
 
 fn write<T: AsRef<[u8]>>(place: &Path, files: &[(&'static str, T)]) {
@@ -183,14 +189,8 @@ fn write<T: AsRef<[u8]>>(place: &Path, files: &[(&'static str, T)]) {
 
 #[test]
 fn frames_and_points_lie_where_the_model_says_whichever_way_it_is_written() {
-    let none = Distortion::default();
-    let k1 = Distortion {
-        k1: BARREL.k1,
-        ..none
-    };
-    let k1_and_k2 = Distortion { k2: BARREL.k2, ..k1 };
-    for (model, distortion) in (0..).zip([none, none, k1, k1_and_k2, BARREL]) {
-        let fixture = Fixture::of_wall(model, distortion);
+    for model in [0, 1, 2, 3, 4, 5, 6, 8, 9] {
+        let fixture = Fixture::of_wall(model);
         let (as_binary, _) = capture("sparse/0", &fixture.binary());
         let (as_text, _) = capture("colmap/sparse/0", &fixture.text());
         for folder in [&as_binary, &as_text] {
@@ -227,7 +227,7 @@ fn frames_and_points_lie_where_the_model_says_whichever_way_it_is_written() {
 
 #[test]
 fn a_bent_image_is_straightened_and_leads_back_to_its_own_pixels() {
-    let fixture = Fixture::of_wall(4, BARREL);
+    let fixture = Fixture::of_wall(4);
     let (root, _) = capture("sparse", &fixture.binary());
     let scene = opened(root.path());
     let frame = &scene.frames[0];
@@ -250,7 +250,7 @@ fn a_bent_image_is_straightened_and_leads_back_to_its_own_pixels() {
 
 #[test]
 fn masks_hide_pixels_and_the_points_on_them_under_either_name() {
-    let fixture = Fixture::of_wall(4, BARREL);
+    let fixture = Fixture::of_wall(4);
     let (root, _) = capture("sparse/0", &fixture.binary());
     let whole = opened(root.path());
     fs::create_dir(root.path().join("masks")).unwrap();
@@ -300,7 +300,7 @@ fn the_box_is_around_the_points_and_no_depth_means_no_points() {
 
 #[test]
 fn points_that_few_images_agree_on_do_not_count() {
-    let mut fixture = Fixture::of_wall(1, Distortion::default());
+    let mut fixture = Fixture::of_wall(1);
     fixture.points[0].3 = 2;
     fixture.points[1].2 = 2.5;
     // Seen five pixels beside its projection by the first image.
@@ -314,7 +314,7 @@ fn points_that_few_images_agree_on_do_not_count() {
 
 #[test]
 fn points_that_miss_their_images_are_counted_and_warned_of() {
-    let mut fixture = Fixture::of_wall(4, BARREL);
+    let mut fixture = Fixture::of_wall(4);
     let (root, folder) = capture("sparse/0", &fixture.binary());
     let place = folder.join("sparse/0");
     let scene = open(root.path()).unwrap();
@@ -367,7 +367,7 @@ fn faults_are_warned_of_where_they_are_few_and_refused_by_the_file_otherwise() {
 #[test]
 fn images_in_several_folders_keep_their_names_apart() {
     let (root, folder) = plain();
-    let mut fixture = Fixture::of_wall(1, Distortion::default());
+    let mut fixture = Fixture::of_wall(1);
     for (image, side) in fixture.images.iter_mut().zip(["left", "right", "up"]) {
         let images = folder.join("images");
         fs::create_dir(images.join(side)).unwrap();
@@ -382,7 +382,7 @@ fn images_in_several_folders_keep_their_names_apart() {
 #[test]
 fn images_outside_the_folder_are_read_where_that_is_allowed() {
     let (root, folder) = plain();
-    let mut fixture = Fixture::of_wall(1, Distortion::default());
+    let mut fixture = Fixture::of_wall(1);
     let outside = tempfile::tempdir().unwrap();
     let images = root.path().join("images");
     fs::rename(images.join("a.png"), outside.path().join("a.png")).unwrap();
@@ -395,8 +395,38 @@ fn images_outside_the_folder_are_read_where_that_is_allowed() {
 
 #[cfg(unix)]
 #[test]
-fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
-    let (root, _) = plain();
-    let _outside = move_out(root.path(), "images/b.png");
-    assert_outside(root.path(), &["images/b.png", "link"], 3);
+fn images_that_are_links_are_followed_wherever_they_lead() {
+    let (root, folder) = plain();
+    let _outside = move_out(&folder, "images/b.png");
+    assert_eq!(opened(root.path()).frames.len(), 3);
+    // A folder of links, as much as a link to a folder.
+    let _elsewhere = move_out(&folder, "images");
+    assert_eq!(opened(root.path()).frames.len(), 3);
+}
+
+#[test]
+fn of_several_models_that_with_most_images_is_read_and_named() {
+    let (root, folder) = plain();
+    let whole = Fixture::of_wall(1);
+    let mut part = whole.clone();
+    part.images.truncate(1);
+    write(&folder.join("sparse/0"), &part.binary());
+    write(&folder.join("sparse/2"), &part.binary());
+    write(&folder.join("sparse/10"), &whole.text());
+    let scene = opened(root.path());
+    assert_eq!(scene.frames.len(), 3);
+    assert!(
+        scene.notes[0].contains("text model in sparse/10"),
+        "{:?}",
+        scene.notes
+    );
+    let others = "beside sparse/0 with 1 images, sparse/2 with 1 images";
+    assert!(scene.notes[0].contains(others), "{:?}", scene.notes);
+    // Of like ones the first; and one without a number counts, too.
+    write(&folder.join("sparse/0"), &whole.binary());
+    assert!(opened(root.path()).notes[0].starts_with("binary model in sparse/0: 3 images"));
+    write(&folder.join("sparse"), &whole.binary());
+    fs::remove_dir_all(folder.join("sparse/10")).unwrap();
+    fs::remove_dir_all(folder.join("sparse/0")).unwrap();
+    assert!(opened(root.path()).notes[0].starts_with("binary model in sparse: 3 images"));
 }

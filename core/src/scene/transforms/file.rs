@@ -166,12 +166,12 @@ impl Transforms {
         };
         let cx = given(|own| own.cx).unwrap_or(0.5 * width);
         let cy = given(|own| own.cy).unwrap_or(0.5 * height);
-        let distortion = Distortion {
-            k1: or_zero(|own| own.k1),
-            k2: or_zero(|own| own.k2),
-            p1: or_zero(|own| own.p1),
-            p2: or_zero(|own| own.p2),
-        };
+        let distortion = Distortion::opencv([
+            or_zero(|own| own.k1),
+            or_zero(|own| own.k2),
+            or_zero(|own| own.p1),
+            or_zero(|own| own.p2),
+        ]);
         Lens::checked([width as u64, height as u64], [fx, fy, cx, cy], distortion)
             .or_else(|error| unusable(format!("{error}; calibrate it anew")))
     }

@@ -7,8 +7,6 @@ use glam::Vec3;
 use tempfile::TempDir;
 
 use super::*;
-#[cfg(unix)]
-use crate::scene::testing::move_out;
 use crate::scene::testing::{
     assert_outside, change_files, check_changes, open, open_with, opened, stems, write_color, write_depth,
 };
@@ -167,15 +165,5 @@ fn lists_that_leave_the_folder_are_refused_unless_that_is_allowed() {
         fs::write(folder.join(list), moved).unwrap();
         let scene = assert_outside(&folder, &[list, "line 2", "../elsewhere/"], FRAMES);
         assert!(scene.frames.iter().all(|frame| frame.has_depth()));
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn links_that_leave_the_folder_are_refused_unless_that_is_allowed() {
-    for name in ["rgb/1305031102.375000.png", "depth/1305031102.380000.png"] {
-        let (_parent, folder) = sequence();
-        let _outside = move_out(&folder, name);
-        assert_outside(&folder, &[name, "link"], FRAMES);
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 
 /// The model of the wall with one change, which names images and cameras from 1.
 fn changed(change: &str) -> Fixture {
-    let mut model = Fixture::of_wall(1, Distortion::default());
+    let mut model = Fixture::of_wall(1);
     let number = |word: &str| -> f64 { word.parse().unwrap() };
     let place = |word: &str| -> usize { word.parse::<usize>().unwrap() - 1 };
     match change.split(' ').collect::<Vec<&str>>()[..] {
@@ -62,12 +62,12 @@ fn models_that_cannot_be_used_are_refused_in_one_sentence_whichever_way_they_are
 
 #[test]
 fn camera_models_that_are_not_known_are_named() {
-    let mut fixture = Fixture::of_wall(4, BARREL);
+    let mut fixture = Fixture::of_wall(4);
     let (root, folder) = capture("sparse/0", &fixture.binary());
     let place = folder.join("sparse/0");
     for (model, name) in [
-        (5, "OPENCV_FISHEYE"),
         (7, "FOV"),
+        (10, "THIN_PRISM_FISHEYE"),
         (77, "number 77"),
         (-1, "number -1"),
     ] {
@@ -78,7 +78,7 @@ fn camera_models_that_are_not_known_are_named() {
     for (name, _) in fixture.binary() {
         fs::remove_file(place.join(name)).unwrap();
     }
-    let files = Fixture::of_wall(4, BARREL).text();
+    let files = Fixture::of_wall(4).text();
     for (line, parts) in [
         ("2 FOV 32 24 1 2 3 4 5", ["camera 2", "FOV"]),
         ("2 PINHOLE 32 24 1 2 3", ["camera 2", "3 parameters instead of 4"]),
@@ -105,7 +105,7 @@ fn camera_models_that_are_not_known_are_named() {
 
 #[test]
 fn every_truncated_or_lengthened_binary_file_is_named() {
-    let files = Fixture::of_wall(4, BARREL).binary();
+    let files = Fixture::of_wall(4).binary();
     let (root, folder) = capture("sparse/0", &files);
     let place = folder.join("sparse/0");
     for (name, whole) in &files {
