@@ -60,7 +60,7 @@ pub struct TrainingArguments {
     /// Leave measured depth and sparse points aside.
     #[arg(long)]
     pub no_depth: bool,
-    /// Read images that the capture names outside its folder, or that links lead to there.
+    /// Read images that a file of the capture names outside its folder.
     #[arg(long)]
     pub outside_files: bool,
     /// Threads to train with [default: all cores, or all but one beside the window].
@@ -93,7 +93,7 @@ pub enum Command {
     Info {
         /// Folder of a capture, or "demo".
         scene: PathBuf,
-        /// Read images that the capture names outside its folder, or that links lead to there.
+        /// Read images that a file of the capture names outside its folder.
         #[arg(long)]
         outside_files: bool,
         /// Print JSON.
@@ -177,6 +177,10 @@ pub struct ExportArguments {
     /// a JSON file [{"id", "name", "color"}]. Classes that are not in it become void.
     #[arg(long, value_name = "LIST")]
     pub ids: Option<String>,
+    /// Wall time for a project that holds no model, from the start to the last file written, in seconds [default: 20
+    /// where depth was measured, otherwise until the maps have settled].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "trajectory")]
+    pub budget: Option<f64>,
     #[command(flatten)]
     pub training: TrainingArguments,
 }

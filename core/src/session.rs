@@ -33,7 +33,7 @@ pub use crate::semantics::{
 pub use client::{Client, ClientError};
 pub use demand::{Measured, TrainingEnd};
 pub use maps::MapSlots;
-pub use message::{Command, Event, ModelState, Phase, SessionOptions, Status};
+pub use message::{Command, Event, ModelState, Phase, Saved, SessionOptions, Status};
 pub use progress::Progress;
 pub use rendering::{RenderedLabels, RenderedView};
 pub use semantic_trainer::sampling;

@@ -92,8 +92,10 @@ pub struct Outcome {
     pub code: Option<i32>,
     /// All that it printed.
     pub stdout: String,
-    /// All that it said on stderr.
+    /// All that it said on stderr but for its progress.
     pub stderr: String,
+    /// What it told of its progress, a line each.
+    pub progress: Vec<String>,
 }
 
 /// A process that does not outlive the test.
@@ -161,10 +163,13 @@ impl Running {
         let Some(status) = ended else {
             panic!("still running after {limit:?}; it said: {stdout}{stderr}");
         };
+        let told = stderr.split_inclusive('\n');
+        let (progress, stderr): (Vec<&str>, Vec<&str>) = told.partition(|line| line.starts_with("... "));
         Outcome {
             code: status.code(),
             stdout,
-            stderr,
+            stderr: stderr.concat(),
+            progress: progress.iter().map(|line| line.trim_end().to_owned()).collect(),
         }
     }
 }

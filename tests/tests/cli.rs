@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use image::ColorType;
 use inplace_core::field::Preset;
-use inplace_core::labels::{Class, LabelSet, Stroke, VOID, rasterise};
+use inplace_core::labels::{Class, History, LabelSet, Stroke, VOID, rasterise};
 use inplace_core::project::{Journal, Project, Step};
 use inplace_core::scene::{OpenOptions, SceneSource};
-use inplace_core::session::{Client, ModelState, SessionOptions};
+use inplace_core::session::{Client, FrameMap, ModelState, SessionOptions};
 use inplace_lab::ConfusionMatrix;
 use inplace_tests::{
     OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks, succeed,
@@ -217,7 +217,12 @@ fn the_published_network_labels_every_frame_within_its_budget() {
 #[test]
 fn colour_alone_is_enough_to_finish() {
     let disk = OnDisk::default();
-    succeed(disk.label(&["--no-depth"]).args(BUDGET));
+    let outcome = succeed(disk.label(&["--no-depth"]).args(BUDGET));
+    // A line every five seconds where stderr is no terminal, and nothing else.
+    assert!(
+        !outcome.progress.is_empty() && outcome.stderr.is_empty(),
+        "{outcome:?}"
+    );
     assert_complete(&disk.path("out"));
     let miou = assert_clicks_hold(&disk.path("out"), &Small::get().labels());
     println!("mIoU without depth: {miou:.3}");
@@ -274,6 +279,41 @@ fn a_trained_project_is_exported_twice_to_the_same_bytes_and_along_a_path_as_a_c
     assert_eq!(facts["frames"], 10);
     assert_eq!(facts["warnings"].as_array().unwrap().len(), 0);
     assert!(disk.path("views/labels/view_9.png").is_file());
+}
+
+#[test]
+fn maps_that_a_project_holds_are_exported_as_they_are_and_others_are_made_within_the_budget() {
+    let disk = OnDisk::default();
+    let path = disk.path("room.inplace");
+    let mut contents = contents_of(&disk.path("room"), Some(&disk.path("strokes.json")));
+    let mut labels = contents.history.labels().clone();
+    // Objects are told by the surface.
+    labels.classes.iter_mut().for_each(|class| class.thing = false);
+    let class = labels.classes[0].id;
+    contents.history = History::new(labels);
+    drop(Project::create(&path, &contents).unwrap());
+    let export = |out: &str, more: &[&str]| {
+        let mut command = inplace();
+        command.arg("export").arg(&path).arg("--out").arg(disk.path(out));
+        succeed(command.args(more))
+    };
+    export("made", &["--budget", "4"]);
+    assert_clicks_hold(&disk.path("made"), &Small::get().labels());
+
+    // One class everywhere, which the strokes would not say.
+    let frames = Small::get().scene.frames.iter().enumerate();
+    let maps = frames.map(|(number, frame)| {
+        let (size, pixels) = ([frame.camera.width, frame.camera.height], frame.camera.pixels());
+        Arc::new(FrameMap::new(number, 0, size, vec![class; pixels], vec![0; pixels]).unwrap())
+    });
+    contents.maps = maps.collect();
+    drop(Project::create(&path, &contents).unwrap());
+    export("held", &[]);
+    let (_, _, held) = class_ids(&disk.path("held/labels/rgb_3.png"));
+    assert!(held.iter().all(|&id| id == class));
+    // Their probabilities are not held.
+    export("asked", &["--least-probability", "0", "--budget", "4"]);
+    assert_clicks_hold(&disk.path("asked"), &Small::get().labels());
 }
 
 #[test]

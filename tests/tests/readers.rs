@@ -47,7 +47,9 @@ fn python() -> Result<PathBuf, String> {
         return Ok(python);
     }
     let run = |command: &mut Command, what: &str| {
-        let Outcome { code, stdout, stderr } = Running::start(command).wait(PATIENCE);
+        let Outcome {
+            code, stdout, stderr, ..
+        } = Running::start(command).wait(PATIENCE);
         match code {
             Some(0) => Ok(()),
             _ => Err(format!("{what}: {stdout}{stderr}")),

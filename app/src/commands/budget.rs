@@ -1,10 +1,17 @@
 //! What a budget of wall time is spent on: opening the scene, training, and writing the files.
 
+use inplace_core::field::Preset;
+use inplace_core::scene::Scene;
+
 /// What writing takes: seconds in any case, for each frame, whose files have to reach the disk, and for each million
 /// pixels. Two cores with other work need about half as much.
 const WRITE_SECONDS: f64 = 0.5;
 const WRITE_SECONDS_PER_FRAME: f64 = 0.01;
 const WRITE_SECONDS_PER_MEGAPIXEL: f64 = 0.1;
+/// Share of the budget kept for the last look at the surface.
+const LAST_LOOK: f64 = 0.12;
+/// Share of the budget in which the published network renders its maps.
+const REFERENCE_RENDERING: f64 = 0.5;
 /// How much longer the last look at the surface may take than the one before.
 const LOOK_MARGIN: f64 = 1.3;
 
@@ -20,9 +27,19 @@ pub(super) struct Budget {
 }
 
 impl Budget {
+    /// Of so many seconds for a scene.
+    pub(super) fn of(seconds: f64, preset: Preset, scene: &Scene) -> Self {
+        let kept = match preset {
+            Preset::Reference => REFERENCE_RENDERING,
+            Preset::Auto | Preset::Fast | Preset::Accurate => LAST_LOOK,
+        };
+        let pixels = scene.frames.iter().map(|frame| frame.camera.pixels()).sum();
+        Self::new(seconds, kept, scene.frames.len(), pixels)
+    }
+
     /// Of so many seconds for this many frames and pixels of all of them, a share of which is kept for what follows
     /// training.
-    pub(super) fn new(seconds: f64, last_look: f64, frames: usize, pixels: usize) -> Self {
+    fn new(seconds: f64, last_look: f64, frames: usize, pixels: usize) -> Self {
         Self {
             seconds,
             last_look: last_look * seconds,

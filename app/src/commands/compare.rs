@@ -7,7 +7,7 @@ use inplace_core::export::{self, Agreement, LabelledScene};
 use inplace_core::labels::LabelSet;
 use inplace_core::project::Contents;
 use inplace_core::scene::Scene;
-use inplace_core::session::FrameMap;
+use inplace_core::session::{FrameMap, Progress};
 
 use super::run::{self, GENERATION};
 use super::{Failure, threads};
@@ -24,10 +24,11 @@ struct Labelled {
 }
 
 impl Labelled {
-    fn read(project: &Path, training: &TrainingArguments) -> Result<Self, Failure> {
+    fn read(project: &Path, training: &TrainingArguments, progress: &Arc<Progress>) -> Result<Self, Failure> {
         let contents = Contents::read(project)?;
-        let enough = contents.model.as_ref().map(|model| model.steps);
-        let (mut client, open) = run::of_project(&contents, training, false);
+        let session = run::of_project(&contents, training, false);
+        let open = session.open;
+        let mut client = run::start(session, progress);
         let scene = client.opened()?;
         let contents = contents.matched(&scene, open)?;
         for warning in contents.warnings.iter().chain(&scene.warnings) {
@@ -35,7 +36,7 @@ impl Labelled {
         }
         let labels = contents.history.labels().clone();
         client.label(labels.clone(), GENERATION);
-        let maps = run::maps(&mut client, enough)?;
+        let maps = run::maps(&mut client)?;
         Ok(Self { scene, labels, maps })
     }
 
@@ -55,12 +56,15 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     if let Some(out) = &arguments.out {
         export::prepare(out, &[DIFFERENCES])?;
     }
-    let first = Labelled::read(&arguments.first, &arguments.training)?;
-    let second = Labelled::read(&arguments.second, &arguments.training)?;
+    let progress = Arc::new(Progress::default());
+    let first = Labelled::read(&arguments.first, &arguments.training, &progress)?;
+    let second = Labelled::read(&arguments.second, &arguments.training, &progress)?;
+    progress.show("comparing");
     let differences = arguments.out.as_ref().map(|out| out.join(DIFFERENCES));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(&arguments.training));
     let compare = || export::compare(first.maps(), second.maps(), differences.as_deref());
     let agreement = pool.build()?.install(compare)?;
+    drop(progress);
     if agreement.frames == 0 {
         return Err(format!(
             "{} and {}: no frame of one has the name and size of one of the other; compare projects of one scene",

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use inplace_core::export::write_strokes;
 use inplace_core::scene::{GroundTruth, TrueObjects, demo, write_replica};
+use inplace_core::session::Progress;
 
 use super::Failure;
 
@@ -18,6 +19,8 @@ pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
         )
         .into());
     }
+    let progress = Progress::default();
+    progress.show(format!("rendering {} frames", shot.frames));
     let scene = shot.unrendered();
     let (listed, of_frame) = shot.objects();
     let truth = GroundTruth {
@@ -31,6 +34,7 @@ pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
     };
     write_replica(&scene, out, Some(&truth))?;
     write_strokes(&out.join("strokes.json"), &shot.clicks(), &scene.frames)?;
+    drop(progress);
     println!(
         "wrote {} frames with depth and labels: {}",
         scene.frames.len(),

@@ -4,19 +4,30 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use inplace_core::export::{self, IdMap, LabelledScene, Options, Views, Written};
+use inplace_core::export::{self, Format, IdMap, LabelledScene, Options, Views, Written};
+use inplace_core::labels::Class;
 use inplace_core::project::Contents;
-use inplace_core::scene::{Scene, Trajectory};
+use inplace_core::scene::{OpenOptions, Scene, Trajectory};
 use inplace_core::semantics::NovelViews;
-use inplace_core::session::{Measured, ModelState, Progress};
+use inplace_core::session::{Command, Measured, ModelState, Progress};
 
+use super::budget::Budget;
 use super::run::{self, GENERATION};
 use super::{Failure, threads};
 use crate::arguments::ExportArguments;
 
-/// Labels every frame with the field as the project keeps it, and writes the data set, or the views along a path.
+/// Wall time from the start to the last file written, in seconds, where depth was measured and nothing was learnt before.
+const BUDGET: f64 = 20.0;
+
+/// Writes the labels that the project holds, or else those that are learnt now, as a data set or as views along a path.
+///
+/// - The maps of a project are exported as they are, where they say all that is asked for.
+/// - Otherwise a saved model gives the surface, without further training; views are rendered once all is learnt.
+/// - Without a model training ends as that of `label` does, or before that by the budget.
 pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let start = Instant::now();
+    let progress = Arc::new(Progress::default());
+    progress.show("reading the project");
     let options = Options {
         least_probability: arguments.least_probability,
         ids: arguments.ids.as_deref().map(IdMap::named).transpose()?,
@@ -25,25 +36,12 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let trajectory = trajectory.map(|path| Trajectory::read(path, arguments.intrinsics.as_deref()));
     let trajectory = trajectory.transpose()?;
     let contents = Contents::read(&arguments.project)?;
-    export::prepare(&arguments.out, &[])?;
-    let (mut client, open) = run::of_project(&contents, &arguments.training, trajectory.is_some());
-    let mut enough = contents.model.as_ref().map(|model| model.steps);
-    let scene = client.opened()?;
-    if trajectory.is_some() {
-        // Views are rendered from a field that has learnt all it can. Labels teach only the semantic field.
-        client.settled(0, None)?;
-        enough = (!reads_semantic_field(&scene)).then_some(0);
-    }
-    let contents = contents.matched(&scene, open)?;
-    for warning in contents.warnings.iter().chain(&scene.warnings) {
-        eprintln!("inplace: {warning}");
-    }
-    let (labels, parts) = (contents.history.labels(), contents.parts());
-    if labels.classes.is_empty() {
+    let classes = &contents.history.labels().classes;
+    if classes.is_empty() {
         return Err(format!("{}: there are no classes to export", arguments.project.display()).into());
     }
     if let Some(ids) = &options.ids {
-        let missing = ids.missing(&labels.classes);
+        let missing = ids.missing(classes);
         if !missing.is_empty() {
             eprintln!(
                 "inplace: classes that are not in the list become void: {}",
@@ -51,34 +49,95 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             );
         }
     }
-    client.label(labels.clone(), GENERATION);
-    let maps = run::maps(&mut client, enough)?;
-    let labelled = LabelledScene {
-        scene: &scene,
-        classes: &labels.classes,
-        objects: &labels.objects,
-        parts: &parts,
-        maps: &maps,
+    export::prepare(&arguments.out, &[])?;
+    let session = run::of_project(&contents, &arguments.training, trajectory.is_some());
+    let open = session.open;
+    let exported = |labelled: LabelledScene<'_>| {
+        let format = arguments.format;
+        let written = export::export(
+            &arguments.out,
+            labelled,
+            format,
+            &options,
+            &run::writing(&progress),
+        )?;
+        let what = match format.has_frames() {
+            true => format!("{} frames", labelled.scene.frames.len()),
+            false => "the surface".to_owned(),
+        };
+        Ok::<_, Failure>((format!("exported {what} as {}", format.name()), written))
     };
-    let (what, written) = match trajectory {
-        Some(trajectory) => {
-            let model = client.saved()?;
-            // Its worker would keep the memory.
-            drop(client);
-            let written = render(arguments, &scene, labelled, &trajectory, &model, &options)?;
-            (format!("rendered {} views", trajectory.poses.len()), written)
+    let (what, written) = if trajectory.is_none() && has_what_is_asked(&contents, arguments) {
+        let read = |done, total| progress.show_share("reading frames", done as f32 / total as f32);
+        let scene = Scene::open(&session.source, open, &read)?;
+        let contents = matched(contents, &scene, open)?;
+        exported(LabelledScene {
+            scene: &scene,
+            classes: &contents.history.labels().classes,
+            objects: &contents.history.labels().objects,
+            parts: &contents.parts(),
+            maps: &contents.maps,
+        })?
+    } else {
+        let (preset, is_learnt) = (session.preset, session.state.is_some());
+        let mut client = run::start(session, &progress);
+        let scene = client.opened()?;
+        if trajectory.is_some() {
+            // Views are rendered from a field that has learnt all it can. Labels teach only the semantic field.
+            client.settled(0, None)?;
+            if !reads_semantic_field(&scene) {
+                client.send(Command::Settle);
+            }
         }
-        None => {
-            let format = arguments.format;
-            let go_on = |_, _| ControlFlow::Continue(());
-            let written = export::export(&arguments.out, labelled, format, &options, &go_on)?;
-            let what = match format.has_frames() {
-                true => format!("{} frames", scene.frames.len()),
-                false => "the surface".to_owned(),
-            };
-            (format!("exported {what} as {}", format.name()), written)
+        let contents = matched(contents, &scene, open)?;
+        let (labels, parts) = (contents.history.labels(), contents.parts());
+        client.label(labels.clone(), GENERATION);
+        let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
+        let maps = match arguments.budget.filter(|_| !is_learnt).or(usual) {
+            Some(seconds) => {
+                let mut budget = Budget::of(seconds, preset, &scene);
+                let maps = run::maps_within(&mut client, &scene, preset, &mut budget, start)?;
+                let status = client.status();
+                if status.training_end.is_none() {
+                    println!(
+                        "the budget of {seconds} s ended training after {} steps; --budget gives it more",
+                        status.steps
+                    );
+                }
+                maps
+            }
+            None => run::maps(&mut client)?,
+        };
+        let labelled = LabelledScene {
+            scene: &scene,
+            classes: &labels.classes,
+            objects: &labels.objects,
+            parts: &parts,
+            maps: &maps,
+        };
+        match trajectory {
+            Some(trajectory) => {
+                let model = client.saved()?;
+                // Its worker would keep the memory.
+                drop(client);
+                let written = render(
+                    arguments,
+                    (&scene, &progress),
+                    labelled,
+                    &trajectory,
+                    &model,
+                    &options,
+                )?;
+                (format!("rendered {} views", trajectory.poses.len()), written)
+            }
+            None => {
+                // Writing has the machine for itself.
+                client.send(Command::Stop);
+                exported(labelled)?
+            }
         }
     };
+    drop(progress);
     println!(
         "{what} in {:.1} s: {} files written, {} unchanged: {}",
         start.elapsed().as_secs_f64(),
@@ -87,6 +146,25 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         arguments.out.display()
     );
     Ok(())
+}
+
+/// Whether the maps that a project holds say all that is asked for: objects and probabilities are told by the surface,
+/// which it does not hold.
+fn has_what_is_asked(contents: &Contents, arguments: &ExportArguments) -> bool {
+    let tells_objects = |class: &Class| class.thing && arguments.format != Format::Overlay;
+    contents.maps.len() == contents.scene.frames.len()
+        && arguments.format.has_frames()
+        && arguments.least_probability.is_none()
+        && !contents.history.labels().classes.iter().any(tells_objects)
+}
+
+/// The contents of the project fitted to its scene; warnings about both are told.
+fn matched(contents: Contents, scene: &Scene, open: OpenOptions) -> Result<Contents, Failure> {
+    let contents = contents.matched(scene, open)?;
+    for warning in contents.warnings.iter().chain(&scene.warnings) {
+        eprintln!("inplace: {warning}");
+    }
+    Ok(contents)
 }
 
 /// Whether the semantic field says the classes of views: it does where the surface, which is better where it was measured,
@@ -98,7 +176,7 @@ fn reads_semantic_field(scene: &Scene) -> bool {
 /// Renders the views along a path with a model of the scene, and writes them.
 fn render(
     arguments: &ExportArguments,
-    scene: &Arc<Scene>,
+    (scene, progress): (&Arc<Scene>, &Progress),
     labelled: LabelledScene<'_>,
     trajectory: &Trajectory,
     model: &ModelState,
@@ -126,9 +204,8 @@ fn render(
             trajectory,
             renderer: &renderer,
         };
-        let mut progress = Progress::default();
         let written = export::export_views(&arguments.out, views, options, &mut |done, total| {
-            progress.show(&format!("rendering view {done} of {total}"));
+            progress.show_share("rendering views", done as f32 / total as f32);
             ControlFlow::Continue(())
         })?;
         Ok(written)

@@ -15,19 +15,18 @@ use super::Failure;
 /// Opens the capture and tells what it holds.
 pub fn run(argument: &Path, outside_files: bool, as_json: bool) -> Result<(), Failure> {
     let source = SceneSource::from_argument(argument);
-    let progress = std::sync::Mutex::new(Progress::default());
+    let progress = Progress::default();
     let options = OpenOptions {
         outside_files,
         ..OpenOptions::default()
     };
     let scene = Scene::open(&source, options, &|done, total| {
-        if let Ok(mut progress) = progress.lock() {
-            progress.show(&format!("reading frame {done} of {total}"));
-        }
+        progress.show_share("reading frames", done as f32 / total as f32);
     })?;
-    drop(progress);
+    progress.show("comparing frames");
     let agreement = Agreement::of(&scene);
     let refinement = (!scene.has_depth()).then(|| refine(&scene, &|| true).map(|refined| refined.summary));
+    drop(progress);
     let facts = facts(&scene, &agreement, refinement.and_then(Result::ok))?;
     if as_json {
         println!("{facts:#}");

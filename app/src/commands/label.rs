@@ -1,8 +1,8 @@
 //! `inplace label`: the main job without the window, through the same session.
 
 use std::fs::File;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf, absolute};
+use std::sync::Arc;
 use std::time::Instant;
 
 use inplace_core::export::{
@@ -13,18 +13,13 @@ use inplace_core::labels::{History, LabelSet, Trust, label_image_files, read_lab
 use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
 use inplace_core::semantics::KnownPart;
-use inplace_core::session::{Command, SessionOptions};
+use inplace_core::session::{Command, Progress, Saved, SessionOptions};
 use serde_json::json;
 
 use super::budget::Budget;
 use super::run::{self, GENERATION};
 use super::{Failure, refuse_endless, session_options, threads};
 use crate::arguments::LabelArguments;
-
-/// Share of the budget kept for the last look at the surface.
-const LAST_LOOK: f64 = 0.12;
-/// Share of the budget in which the published network renders its maps.
-const REFERENCE_RENDERING: f64 = 0.5;
 
 /// Where the labels come from; they are read when the scene is open.
 enum Strokes {
@@ -133,7 +128,8 @@ fn label(
     strokes: Strokes,
     start: Instant,
 ) -> Result<(), Failure> {
-    let mut client = run::start(options.clone());
+    let progress = Arc::new(Progress::default());
+    let mut client = run::start(options.clone(), &progress);
     let scene = client.opened()?;
     let load = start.elapsed().as_secs_f64();
     for warning in &scene.warnings {
@@ -152,16 +148,11 @@ fn label(
     }
     export::prepare(&arguments.out, &PNG_FOLDERS)?;
     client.label(labels.clone(), GENERATION);
-    let kept = match options.preset {
-        Preset::Reference => REFERENCE_RENDERING,
-        Preset::Auto | Preset::Fast | Preset::Accurate => LAST_LOOK,
-    };
-    let pixels = scene.frames.iter().map(|frame| frame.camera.pixels()).sum();
-    let budget = |seconds| Budget::new(seconds, kept, scene.frames.len(), pixels);
-    let mut budget = arguments.budget.map(budget);
+    let budget = arguments.budget;
+    let mut budget = budget.map(|seconds| Budget::of(seconds, options.preset, &scene));
     let maps = match &mut budget {
         Some(budget) => run::maps_within(&mut client, &scene, options.preset, budget, start)?,
-        None => run::maps(&mut client, None)?,
+        None => run::maps(&mut client)?,
     };
     let final_maps_s = start.elapsed().as_secs_f64();
     // Writing has the machine for itself; how training went stays known.
@@ -180,8 +171,9 @@ fn label(
         labelled,
         Format::Png,
         &Options::default(),
-        &|_, _| ControlFlow::Continue(()),
+        &run::writing(&progress),
     )?;
+    drop(progress);
     let status = client.status();
     let write = writing.elapsed().as_secs_f64();
     let total = start.elapsed().as_secs_f64();
@@ -284,7 +276,7 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
         let contents = Contents::read(&arguments.scene)?;
         options.source = contents.scene.source.clone();
         options.open.depth &= contents.scene.depth;
-        options.state = contents.model.clone();
+        options.state = contents.model.clone().map(Saved::from);
         return Ok((options, Strokes::Project(Box::new(contents))));
     }
     let strokes = match (&arguments.strokes, &options.source) {

@@ -1,13 +1,14 @@
 //! Following a session from opening the scene to the final maps.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use inplace_core::field::Preset;
 use inplace_core::project::Contents;
-use inplace_core::scene::{OpenOptions, Scene};
+use inplace_core::scene::Scene;
 use inplace_core::session::{
-    Client, ClientError, Command, Event, FrameMap, Phase, Progress, Session, SessionOptions, Status,
+    Client, ClientError, Command, Event, FrameMap, Phase, Progress, Saved, Session, SessionOptions, Status,
 };
 
 use super::budget::Budget;
@@ -19,46 +20,48 @@ pub(super) const GENERATION: u64 = 1;
 /// How often deadlines are looked at.
 const TICK: Duration = Duration::from_millis(50);
 
-/// Starts a session for a project, and tells how its scene is opened.
-pub(super) fn of_project(
-    contents: &Contents,
-    training: &TrainingArguments,
-    views: bool,
-) -> (Client, OpenOptions) {
+/// The options of a session of a project, which goes on with its model, or takes that as it is where no views are rendered.
+pub(super) fn of_project(contents: &Contents, training: &TrainingArguments, views: bool) -> SessionOptions {
     let mut session = session_options(training, contents.scene.source.clone());
     session.open.depth &= contents.scene.depth;
     session.views = views;
-    session.state = contents.model.clone();
-    let open = session.open;
-    (start(session), open)
+    session.state = contents.model.clone().map(|model| Saved {
+        model,
+        is_final: !views,
+    });
+    session
 }
 
 /// Starts a session that tells on stderr how it goes.
-pub(super) fn start(options: SessionOptions) -> Client {
-    let mut progress = Progress::default();
+pub(super) fn start(options: SessionOptions, progress: &Arc<Progress>) -> Client {
+    let progress = Arc::clone(progress);
+    progress.show("opening the scene");
     Client::observing(Session::start(options, || {}), move |event| match event {
-        Event::Opening { done, total } => progress.show(&format!("reading frame {done} of {total}")),
-        Event::Estimating { share } => {
-            progress.show(&format!("estimating depth, {:.0}% done", 100.0 * share));
+        Event::Opening { done, total } => {
+            progress.show_share("reading frames", *done as f32 / *total as f32);
         }
-        Event::Status(status) => progress.show(&describe(status)),
+        Event::Estimating { share } => progress.show_share("estimating depth", *share),
+        Event::Status(status) => progress.show(describe(status)),
         Event::Warning(sentence) => eprintln!("inplace: {sentence}"),
         _ => {}
     })
 }
 
-/// Waits until the maps are final, and returns them. A field that was saved after `enough` steps is trained no further.
-pub(super) fn maps(client: &mut Client, enough: Option<u64>) -> Result<Vec<Arc<FrameMap>>, ClientError> {
-    let mut settling = false;
+/// What an export tells of the frames that it has written.
+pub(super) fn writing(progress: &Progress) -> impl Fn(usize, usize) -> ControlFlow<()> + Sync {
+    |done, total| {
+        progress.show_share("writing", done as f32 / total as f32);
+        ControlFlow::Continue(())
+    }
+}
+
+/// Waits until the maps are final, and returns them.
+pub(super) fn maps(client: &mut Client) -> Result<Vec<Arc<FrameMap>>, ClientError> {
     loop {
         if client.status().is_final(GENERATION)
             && let Some(maps) = client.all_maps(GENERATION)
         {
             return Ok(maps);
-        }
-        if !settling && enough.is_some_and(|steps| client.status().steps >= steps) {
-            settling = true;
-            client.send(Command::Settle);
         }
         client.next(None)?;
     }
@@ -126,5 +129,9 @@ fn describe(status: &Status) -> String {
     let entropy = status
         .mean_entropy
         .map_or(String::new(), |entropy| format!(", entropy {entropy:.2}"));
-    format!("training: step {}{psnr}{entropy}", status.steps)
+    let doing = match status.phase {
+        Phase::Opening | Phase::FindingSurface => "finding the surface",
+        Phase::Training | Phase::Paused => "training",
+    };
+    format!("{doing}: step {}{psnr}{entropy}", status.steps)
 }

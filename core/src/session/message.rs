@@ -30,8 +30,26 @@ pub struct SessionOptions {
     /// need, and all of the semantic field follows them. A view that is asked for by [`Command::Render`] has the same
     /// effect for a while.
     pub views: bool,
-    /// Model state of an earlier session on the same scene ([`Event::State`]) to continue from.
-    pub state: Option<Arc<ModelState>>,
+    /// Model state of an earlier session on the same scene.
+    pub state: Option<Saved>,
+}
+
+/// A model state of an earlier session ([`Event::State`]), and what becomes of it.
+#[derive(Clone, Debug)]
+pub struct Saved {
+    /// The state.
+    pub model: Arc<ModelState>,
+    /// Whether maps are made from it as it is, without further training, as after [`Command::Settle`]. Otherwise it is
+    /// trained on.
+    pub is_final: bool,
+}
+
+impl From<Arc<ModelState>> for Saved {
+    /// To be trained on.
+    fn from(model: Arc<ModelState>) -> Self {
+        let is_final = false;
+        Self { model, is_final }
+    }
 }
 
 /// What the worker is asked to do.

@@ -115,8 +115,8 @@ impl<'a> ReferenceWorker<'a> {
                 )?;
                 // A project's model is of the fused field unless this preset saved it.
                 if let Some(state) = &self.options.state
-                    && let Ok(tensors) = state.load()
-                    && trainer.restore(&tensors, state.steps).is_ok()
+                    && let Ok(tensors) = state.model.load()
+                    && trainer.restore(&tensors, state.model.steps).is_ok()
                 {
                     self.report_status();
                 }

@@ -81,13 +81,38 @@ impl SurfaceRefiner {
     /// Begins with the surface of measured depth, if there is any. It has `size` times as many voxels as are chosen for
     /// the scene, and is built with `threads` threads of its own.
     pub fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
+        let mut refiner = Self::idle(scene, trainer, size, threads);
+        if scene.has_depth() {
+            refiner.build(vec![None; scene.frames.len()], LabelSet::default(), None);
+        }
+        if trainer.steps() > 0 && refiner.is_useful(trainer) {
+            refiner.start();
+        }
+        refiner
+    }
+
+    /// Makes the only surface of a field that is trained no further: with its depth, where that is any use.
+    pub(super) fn of_learnt(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
+        let mut refiner = Self::idle(scene, trainer, 1.0, threads);
+        refiner.marks.clear();
+        refiner.last_refinement = false;
+        if refiner.is_useful(trainer) {
+            refiner.start();
+        }
+        if refiner.is_idle() {
+            refiner.build(vec![None; scene.frames.len()], LabelSet::default(), None);
+        }
+        refiner
+    }
+
+    fn idle(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
         let incomplete = !Self::is_complete(scene);
         let refines = incomplete && !trainer.settled();
         let marks: &[u64] = match Measured::of(scene) {
             Measured::Little => &REFINEMENT_STEPS,
             Measured::Most | Measured::All => &HOLE_REFINEMENT_STEPS,
         };
-        let mut refiner = Self {
+        Self {
             scene: Arc::clone(scene),
             threads,
             extent: trainer.field().volume().side,
@@ -103,14 +128,7 @@ impl SurfaceRefiner {
             rendering: None,
             building: None,
             seconds: None,
-        };
-        if scene.has_depth() {
-            refiner.build(vec![None; scene.frames.len()], LabelSet::default(), None);
         }
-        if trainer.steps() > 0 && refiner.is_useful(trainer) {
-            refiner.start();
-        }
-        refiner
     }
 
     /// Begins with the surface of estimated depth, by index of the frame, if there is any; that is better than what the

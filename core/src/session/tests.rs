@@ -285,7 +285,7 @@ fn a_pause_stops_the_steps_until_training_is_resumed_or_goes_on_from_a_saved_sta
     wait_for_status(&session, |status| status.steps > paused_at);
     drop(session);
     let session = start_with(SessionOptions {
-        state: Some(Arc::clone(&state)),
+        state: Some(Arc::clone(&state).into()),
         ..options()
     });
     let first = wait_for_status(&session, |_| true);

@@ -77,18 +77,25 @@ impl<'a> Worker<'a> {
         outbox: &'a Outbox,
     ) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
-        let saved = match restore(&mut trainer, options.state.as_deref()) {
-            Ok(saved) => saved,
+        let state = options.state.as_ref();
+        let (saved, is_final) = match restore(&mut trainer, state.map(|saved| &*saved.model)) {
+            Ok(saved) => (saved, state.is_some_and(|saved| saved.is_final)),
             Err(error) => {
                 outbox.send(Event::Warning(format!(
                     "the saved model does not fit this scene and was left out ({}); training starts anew",
                     in_one_line(error)
                 )));
-                HashMap::new()
+                (HashMap::new(), false)
             }
         };
-        let mut refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, options.threads.max(1));
-        refiner.begin_with(estimated);
+        let threads = options.threads.max(1);
+        let refiner = if is_final {
+            SurfaceRefiner::of_learnt(&scene, &trainer, threads)
+        } else {
+            let mut refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, threads);
+            refiner.begin_with(estimated);
+            refiner
+        };
         Ok(Self {
             semantics: SemanticTrainer::restored(&saved, &trainer),
             demand: Demand::new(&scene, options.preset, options.views),
@@ -105,7 +112,7 @@ impl<'a> Worker<'a> {
             generation: 0,
             view: 0,
             paused: false,
-            settling: false,
+            settling: is_final,
             asked: None,
             looked_up: None,
             rendering: None,

@@ -45,7 +45,7 @@ pub struct TrainingArguments {
     /// Leave measured depth and sparse points aside.
     #[arg(long)]
     pub no_depth: bool,
-    /// Read images that the capture names outside its folder, or that links lead to there.
+    /// Read images that a file of the capture names outside its folder.
     #[arg(long)]
     pub outside_files: bool,
     /// Threads to train with [default: all cores].
@@ -412,7 +412,7 @@ pub struct StereoArguments {
     /// Folders of captures, or "demo"; errors are those of captures with measured depth.
     #[arg(required = true)]
     pub scenes: Vec<PathBuf>,
-    /// Read images that the capture names outside its folder, or that links lead to there.
+    /// Read images that a file of the capture names outside its folder.
     #[arg(long)]
     pub outside_files: bool,
     /// Threads to compute with [default: all cores].
@@ -468,7 +468,7 @@ pub struct ParetoArguments {
     /// Leave measured depth and sparse points aside.
     #[arg(long)]
     pub no_depth: bool,
-    /// Read images that the capture names outside its folder, or that links lead to there.
+    /// Read images that a file of the capture names outside its folder.
     #[arg(long)]
     pub outside_files: bool,
     /// Threads of each method [default: all cores].

@@ -124,8 +124,9 @@ fn in_own_process<T: DeserializeOwned>(option: [&OsStr; 2], what: &str) -> Resul
     command.args(given.by_ref().take(2)).args(option).args(given);
     let output = command.output()?;
     if !output.status.success() {
-        let reason = String::from_utf8_lossy(&output.stderr);
-        return Err(format!("{what} was not measured: {}", reason.trim()).into());
+        let told = String::from_utf8_lossy(&output.stderr);
+        let reason = told.lines().last().unwrap_or("it ended without a reason");
+        return Err(format!("{what} was not measured: {reason}").into());
     }
     Ok(serde_json::from_slice(&output.stdout)?)
 }

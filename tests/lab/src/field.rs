@@ -50,7 +50,7 @@ impl Learnt {
         drop(run);
         let trainer = state.field(&scene, options.preset, options.seed)?;
         let surface = surface(&scene, &trainer, 1.0)?;
-        options.state = Some(state);
+        options.state = Some(state.into());
         Ok(Self {
             options,
             scene,

@@ -67,8 +67,9 @@ pub struct Prepared {
 
 impl Prepared {
     /// The model state to go on from.
-    pub fn state(&self) -> Option<Arc<inplace_core::session::ModelState>> {
-        self.kept.as_ref()?.contents.model.clone()
+    pub fn state(&self) -> Option<inplace_core::session::Saved> {
+        let model = self.kept.as_ref()?.contents.model.clone();
+        model.map(Into::into)
     }
 
     /// Whether a scene can be shown as it is listed: nothing is kept about it, or that is about the very frames listed.

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use inplace_core::export;
 use inplace_core::scene::SceneSource;
+use inplace_core::session::Progress;
 use serde::{Deserialize, Serialize};
 
 use super::{Failure, begin, machine};
@@ -72,9 +73,10 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
         machine()
     ));
     let mut failed = Vec::new();
+    let progress = Progress::default();
     for (number, step) in steps.iter().enumerate() {
         let (count, words) = (steps.len(), step.arguments.join(" "));
-        eprintln!("{} of {count}: inplace-lab {words}", number + 1);
+        progress.show_share(format!("inplace-lab {words}"), number as f32 / count as f32);
         let own = folder.join(&step.folder);
         let ended = step.measure(&own, &build, arguments.force)?;
         page.heading(2, &step.title);
@@ -92,6 +94,7 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
         // What has been measured stays readable if a later measurement is interrupted.
         export::write(&out.join("benchmarks.md"), page.as_str().as_bytes())?;
     }
+    drop(progress);
     println!("{}", out.join("benchmarks.md").display());
     if failed.is_empty() {
         Ok(())

@@ -19,14 +19,14 @@ pub fn run(arguments: &AuditArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     begin(out, &arguments.scenes)?;
     let mut points = Vec::new();
-    let mut progress = Progress::default();
+    let progress = Progress::default();
     for argument in &arguments.scenes {
         for &clicks in &arguments.clicks {
             for number in 0..arguments.seeds {
                 let mut options =
                     session_options(&arguments.training, SceneSource::from_argument(argument), cores());
                 options.seed += number;
-                progress.show(&format!(
+                progress.show(format!(
                     "{}: {clicks} clicks, seed {}",
                     argument.display(),
                     options.seed

@@ -6,6 +6,7 @@ use crate::{PathSpeed, Quantity, Reached, RunPoint, TARGETS, Variant, path_speed
 use inplace_core::export::{self, peak_memory};
 use inplace_core::field::{Preset, Recipe};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::session::Progress;
 use serde_json::json;
 
 use super::{Failure, begin, cores, counted, grouped, processor};
@@ -23,11 +24,14 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     begin(out, &arguments.scenes)?;
     let threads = arguments.threads.map_or(cores(), usize::from);
+    let progress = Progress::default();
     let mut paths = Vec::new();
     for table_log2 in TABLES.into_iter().filter(|_| arguments.rounds > 0) {
+        progress.show(format!("speed of each way, tables of 2^{table_log2} rows"));
         paths.extend(path_speeds(table_log2, arguments.rounds, threads)?);
     }
-    let (runs, reached) = runs(arguments, threads)?;
+    let (runs, reached) = runs(arguments, threads, &progress)?;
+    drop(progress);
     let peak = peak_memory();
     let result = json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -52,7 +56,11 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     page.publish(out, "engine", arguments.json, &result)
 }
 
-fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, Vec<Reached>), Failure> {
+fn runs(
+    arguments: &EngineArguments,
+    threads: usize,
+    progress: &Progress,
+) -> Result<(Vec<RunPoint>, Vec<Reached>), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let (mut runs, mut reached) = (Vec::new(), Vec::new());
     let variants: Vec<Variant> = if arguments.ablate {
@@ -76,6 +84,7 @@ fn runs(arguments: &EngineArguments, threads: usize) -> Result<(Vec<RunPoint>, V
         for run in 0..arguments.seeds {
             let seed = arguments.seed.wrapping_add(run);
             for &variant in &variants {
+                progress.show(format!("{}, seed {seed}: {}", scene.display(), variant.0));
                 let measured =
                     pool.install(|| training_run(&seen, &truth, variant, seed, &arguments.marks))?;
                 runs.extend(measured.0);

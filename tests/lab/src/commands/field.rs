@@ -30,9 +30,9 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
             session.seed = session.seed.wrapping_add(run);
             let seed = session.seed;
             let measured = pool.install(|| {
-                let mut progress = Progress::default();
+                let progress = Progress::default();
                 semantic_field(arguments, session, &mut |what| {
-                    progress.show(&format!("{}, seed {seed}: {what}", argument.display()));
+                    progress.show(format!("{}, seed {seed}: {what}", argument.display()));
                 })
             });
             points.extend(measured?);

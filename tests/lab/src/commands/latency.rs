@@ -25,10 +25,10 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
     let mut measured = Vec::new();
     for argument in &arguments.scenes {
         let options = session_options(training, SceneSource::from_argument(argument), cores());
-        let mut progress = Progress::default();
+        let progress = Progress::default();
         let clicks = (arguments.clicks.into(), arguments.objects.into());
         measured.push(click_latency(&options, clicks, &mut |what| {
-            progress.show(&format!("{}: {what}", argument.display()));
+            progress.show(format!("{}: {what}", argument.display()));
         })?);
     }
     let result = match measured.as_slice() {

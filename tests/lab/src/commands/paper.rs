@@ -42,9 +42,9 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
         for run in 0..arguments.seeds {
             let seed = training.seed.wrapping_add(run);
             let measured = pool.install(|| -> Result<Vec<PaperPoint>, Failure> {
-                let mut progress = Progress::default();
+                let progress = Progress::default();
                 let name = argument.display();
-                let mut tell = |what: &str| progress.show(&format!("{name}, seed {seed}: {what}"));
+                let mut tell = |what: &str| progress.show(format!("{name}, seed {seed}: {what}"));
                 let classifier = if taught_by.is_empty() {
                     None
                 } else {

@@ -64,14 +64,14 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
     begin(out, &arguments.scenes)?;
     let threads = arguments.threads.map_or(cores(), usize::from);
     let mut results = Results::default();
-    let mut progress = Progress::default();
+    let progress = Progress::default();
     for (number, run) in runs.iter().enumerate() {
         let (scene, method) = (run.scene.display(), run.method.name());
         let what = match run.parts.first() {
             Some(part) => format!("{} of {part}", run.factor),
             None => method.to_owned(),
         };
-        progress.show(&format!("{scene}, seed {}: {what}", run.seed));
+        progress.show(format!("{scene}, seed {}: {what}", run.seed));
         let number = number.to_string();
         let option = [OsStr::new("--run"), OsStr::new(&number)];
         let measured: MethodRun = in_own_process(option, &format!("{scene}: {method}"))?;

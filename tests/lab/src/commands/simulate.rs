@@ -29,7 +29,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let source = SceneSource::from_argument(&arguments.scene);
     let session = session_options(&arguments.training, source, cores());
     let threads = session.threads;
-    let mut progress = Progress::default();
+    let progress = Progress::default();
     if arguments.objects {
         let points = simulate_objects(arguments, &session, &mut |line| progress.show(line))?;
         drop(progress);

@@ -41,9 +41,9 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
     for argument in &arguments.scenes {
         let source = SceneSource::from_argument(argument);
         let scene = Arc::new(Scene::open(&source, open_options(training), &|_, _| {})?);
-        let mut progress = Progress::default();
+        let progress = Progress::default();
         let mut begins = |name: &str, seed| {
-            progress.show(&format!("{}, seed {seed}: {name}", argument.display()));
+            progress.show(format!("{}, seed {seed}: {name}", argument.display()));
         };
         let ended = |outcome: &Outcome| {
             if !outcome.is_met() {

@@ -1,7 +1,5 @@
 //! `inplace-lab bench stereo`: depth from colours alone, beside measured depth.
 
-use std::sync::{Mutex, PoisonError};
-
 use inplace_core::export;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::Progress;
@@ -30,11 +28,8 @@ pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
             ..OpenOptions::default()
         };
         let scene = Scene::open(&source, options, &|_, _| {})?;
-        let progress = Mutex::new(Progress::default());
-        let told = |share: f32| {
-            let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
-            progress.show(&format!("{}: {:.0}%", argument.display(), 100.0 * share));
-        };
+        let progress = Progress::default();
+        let told = |share: f32| progress.show_share(argument.display().to_string(), share);
         points.extend(pool.install(|| stereo_depth(&scene, &told))?);
     }
     export::write(&out.join("stereo.csv"), csv(&points, COLUMNS)?.as_bytes())?;

@@ -42,7 +42,7 @@ pub fn simulate(
         learn(&mut open.run, experiment.geometry.map(Duration::from_secs_f64))?;
         let learnt = opening + learning.elapsed();
         if experiment.policies.len() > 1 || !experiment.baselines.is_empty() {
-            options.state = Some(open.run.saved()?);
+            options.state = Some(open.run.saved()?.into());
         }
         let annotator = Annotator::new(&scene, &truth);
         let run = Run {
@@ -108,7 +108,7 @@ impl Run<'_> {
         };
         let pool = pool(options.threads)?;
         let surface = pool.install(|| {
-            let trainer = state.field(scene, options.preset, options.seed)?;
+            let trainer = state.model.field(scene, options.preset, options.seed)?;
             surface(scene, &trainer, 1.0)
         })?;
         let batches = self.batches();

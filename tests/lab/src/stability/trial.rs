@@ -92,7 +92,7 @@ impl Trial {
             threads: settings.threads,
             seed: settings.seed,
             views: false,
-            state,
+            state: state.map(Into::into),
         };
         let scene = Arc::new(self.scene.clone());
         let (sender, told) = unbounded();

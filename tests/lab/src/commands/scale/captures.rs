@@ -11,6 +11,7 @@ use crate::{Cost, session_cost};
 use inplace_core::export::write_strokes;
 use inplace_core::field::Preset;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo, write_replica};
+use inplace_core::session::Progress;
 use tempfile::TempDir;
 
 use crate::arguments::{ScaleArguments, TrainingArguments};
@@ -24,13 +25,14 @@ pub(super) fn measure(settings: &BTreeSet<Setting>, seed: u64) -> Result<BTreeMa
     let scratch = folder_in(&std::env::temp_dir())?;
     let mut costs = BTreeMap::new();
     let mut rendered: Option<Rendered> = None;
+    let progress = Progress::default();
     // The longest first: shorter captures are its first frames.
     for &setting in settings.iter().rev() {
         let whole = match rendered.take() {
             Some(rendered) if rendered.begins_with(setting) => rendered,
             previous => {
                 drop(previous);
-                Rendered::new(scratch.path(), setting)?
+                Rendered::new(scratch.path(), setting, &progress)?
             }
         };
         let Setting {
@@ -41,9 +43,9 @@ pub(super) fn measure(settings: &BTreeSet<Setting>, seed: u64) -> Result<BTreeMa
             classes,
             strokes,
         } = setting;
-        eprintln!(
+        progress.show(format!(
             "measuring rooms: {rooms}, frames: {frames} of {width}x{height}, classes: {classes}, strokes: {strokes}"
-        );
+        ));
         costs.insert(setting, whole.cost(setting, seed)?);
         rendered = Some(whole);
     }
@@ -57,7 +59,7 @@ struct Rendered {
 }
 
 impl Rendered {
-    fn new(parent: &Path, setting: Setting) -> Result<Self, Failure> {
+    fn new(parent: &Path, setting: Setting, progress: &Progress) -> Result<Self, Failure> {
         let shot = demo::Shot {
             rooms: setting.rooms,
             frames: setting.frames,
@@ -66,7 +68,7 @@ impl Rendered {
         };
         let folder = folder_in(parent)?;
         let (frames, width, height) = (shot.frames, shot.width, shot.height);
-        eprintln!("rendering {frames} frames of {width}x{height}");
+        progress.show(format!("rendering {frames} frames of {width}x{height}"));
         write_replica(&shot.unrendered(), folder.path(), None)?;
         Ok(Self { shot, folder })
     }
