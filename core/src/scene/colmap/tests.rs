@@ -54,15 +54,15 @@ impl Fixture {
             3 => (vec![f, cx, cy, k1, k2], Distortion::opencv([k1, k2])),
             4 => (vec![f, f, cx, cy, k1, k2, p1, p2], Distortion::opencv(BARREL)),
             5 => (
-                vec![f, f, cx, cy, 0.1, -0.01, 0.002, -0.0005],
-                Distortion::fisheye([0.1, -0.01, 0.002, -0.0005]),
+                vec![f, f, cx, cy, 0.3, -0.01, 0.002, -0.0005],
+                Distortion::fisheye([0.3, -0.01, 0.002, -0.0005]),
             ),
             6 => (
-                vec![f, f, cx, cy, k1, k2, p1, p2, 0.01, 0.1, 0.02, 0.003],
-                Distortion::opencv([k1, k2, p1, p2, 0.01, 0.1, 0.02, 0.003]),
+                vec![f, f, cx, cy, k1, k2, p1, p2, 0.05, 0.03, 0.01, 0.001],
+                Distortion::opencv([k1, k2, p1, p2, 0.05, 0.03, 0.01, 0.001]),
             ),
-            8 => (vec![f, cx, cy, 0.1], Distortion::fisheye([0.1])),
-            _ => (vec![f, cx, cy, 0.1, 0.01], Distortion::fisheye([0.1, 0.01])),
+            8 => (vec![f, cx, cy, 0.3], Distortion::fisheye([0.3])),
+            _ => (vec![f, cx, cy, 0.3, 0.01], Distortion::fisheye([0.3, 0.01])),
         };
         let lens = Lens {
             image: camera,
