@@ -106,6 +106,12 @@ pub enum Command {
     Export(ExportArguments),
     /// Compare two projects of one scene: how far their labels agree, and where they differ.
     Compare(CompareArguments),
+    /// Write the manual pages, and completions for bash, fish and zsh.
+    Manual {
+        /// The folder to write into, such as ~/.local/share; below it the files lie as below /usr/local/share.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
 }
 
 /// Labelling without the window.

@@ -6,6 +6,7 @@ mod demo;
 mod export;
 mod info;
 mod label;
+mod manual;
 mod run;
 mod window;
 
@@ -49,6 +50,7 @@ pub fn run(arguments: Arguments, started: Instant) -> Result<(), Failure> {
         Some(Command::Label(label)) => label::run(&label),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Export(arguments)) => export::run(&arguments),
+        Some(Command::Manual { out }) => manual::run(&out),
         None => window::run(arguments.window, false, started),
     }
 }
