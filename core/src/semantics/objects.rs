@@ -506,10 +506,11 @@ mod tests {
             class: 2,
             name: "stool".to_owned(),
         };
+        let nearest = labels.iter().map(|&label| (label == 2).then_some(stool.id));
         let posterior = Posterior {
-            objects: vec![Some(stool.id); 300],
+            objects: nearest.collect(),
             telling: vec![20],
-            ..posterior(labels)
+            ..posterior(labels.clone())
         };
         let objects = SurfaceObjects::new(&surface, &posterior, (&classes, &[stool]), None);
         assert_eq!(told(&objects), [(7, "stool", 105), (8, "chair 1", 100)]);

@@ -50,7 +50,8 @@ impl Fixture {
         let (parameters, distortion) = match model {
             0 => (vec![f, cx, cy], Distortion::default()),
             1 => (vec![f, f, cx, cy], Distortion::default()),
-            2 => (vec![f, cx, cy, k1], Distortion::opencv([k1])),
+            // Alone it would fold the corners over.
+            2 => (vec![f, cx, cy, 0.5 * k1], Distortion::opencv([0.5 * k1])),
             3 => (vec![f, cx, cy, k1, k2], Distortion::opencv([k1, k2])),
             4 => (vec![f, f, cx, cy, k1, k2, p1, p2], Distortion::opencv(BARREL)),
             5 => (
