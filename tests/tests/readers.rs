@@ -140,13 +140,14 @@ fn shape(scene: &Scene, map: &FrameMap, vertices: &[MeshVertex], triangles: &[[u
     })
 }
 
-/// The labels with each click on a chair as an object of its own; the other things are parts of the surface.
+/// The labels with each click on every second kind of thing as an object of its own; the other things are parts of the
+/// surface.
 fn with_objects(labels: &LabelSet) -> LabelSet {
     let mut history = History::new(labels.clone());
-    let chair = labels.classes.iter().find(|class| class.name == "chair").unwrap();
-    let own = labels.strokes.values().filter(|stroke| stroke.class == chair.id);
-    for stroke in own {
-        history.add_object(stroke.as_ref().clone(), &[]).unwrap();
+    for class in labels.classes.iter().filter(|class| class.thing).step_by(2) {
+        for stroke in labels.strokes.values().filter(|stroke| stroke.class == class.id) {
+            history.add_object(stroke.as_ref().clone(), &[]).unwrap();
+        }
     }
     assert!(history.labels().objects.len() > 1);
     history.labels().clone()
