@@ -14,7 +14,7 @@ use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use inplace_core::export::{Format, LabelledScene, Options, export};
-use inplace_core::labels::{ClassId, History, LabelSet, VOID};
+use inplace_core::labels::{Class, ClassId, History, LabelSet, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex};
 use inplace_core::session::FrameMap;
@@ -140,11 +140,12 @@ fn shape(scene: &Scene, map: &FrameMap, vertices: &[MeshVertex], triangles: &[[u
     })
 }
 
-/// The labels with each click on every second kind of thing as an object of its own; the other things are parts of the
-/// surface.
+/// The labels with each click on some kinds of things as an object of its own, which no other click covers; the other things
+/// are parts of the surface.
 fn with_objects(labels: &LabelSet) -> LabelSet {
     let mut history = History::new(labels.clone());
-    for class in labels.classes.iter().filter(|class| class.thing).step_by(2) {
+    let named = |class: &&Class| ["pillow", "cushion", "chair", "shelf"].contains(&class.name.as_str());
+    for class in labels.classes.iter().filter(named) {
         for stroke in labels.strokes.values().filter(|stroke| stroke.class == class.id) {
             history.add_object(stroke.as_ref().clone(), &[]).unwrap();
         }
