@@ -56,7 +56,7 @@ impl FrameFilterRow {
             .hint_text("Go to frame")
             .align(egui::Align2::LEFT_CENTER)
             .min_size(egui::vec2(0.0, ui.spacing().interact_size.y))
-            .desired_width(most.min(104.0));
+            .desired_width(most.min(92.0));
         let response = ui.add(field).accessible_name("Go to frame");
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         response.on_hover_text("A frame's number or name, or a part of the name; Enter goes there");
@@ -67,7 +67,7 @@ impl FrameFilterRow {
 }
 
 fn order(ui: &mut Ui, most: f32, chosen: FrameOrder, commands: &mut Commands) {
-    let (width, text) = (most.min(148.0), order_text(chosen));
+    let (width, text) = (most.min(124.0), order_text(chosen));
     choice_box(ui, "Order of the frames", width, text, |ui| {
         for order in FrameOrder::ALL {
             // The one in force, too: by uncertainty, that sorts anew.
@@ -96,6 +96,6 @@ fn named(filter: FrameFilter) -> (&'static str, &'static str) {
 fn order_text(order: FrameOrder) -> &'static str {
     match order {
         FrameOrder::Capture => "In order",
-        FrameOrder::Uncertainty => "Most uncertain first",
+        FrameOrder::Uncertainty => "Uncertain first",
     }
 }
