@@ -36,7 +36,7 @@ use crate::labels::{Edit, History, ImportId, ImportedLabels};
 use crate::session::{FrameMap, ModelState};
 
 /// Schema version that this program writes, and the highest that it reads.
-const VERSION: i64 = 5;
+const VERSION: i64 = 4;
 
 /// Forgets all maps.
 const FORGET_MAPS: &str = "DELETE FROM map";

@@ -244,29 +244,29 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Fau
     })?;
     // A file that could not be brought up to date knows of no objects and no marks.
     let version = schema::version(connection)?;
-    let (classes, objects, strokes) = match version {
+    let (classes, strokes, objects, checked) = match version {
         ..4 => (
             "SELECT id, name, red, green, blue, NULL FROM class ORDER BY position",
-            None,
             "SELECT id, frame, class, radius, lines, NULL FROM stroke",
+            Vec::new(),
+            Vec::new(),
         ),
         _ => (
             "SELECT id, name, red, green, blue, thing FROM class ORDER BY position",
-            Some("SELECT id, class, name FROM object ORDER BY position"),
             "SELECT id, frame, class, radius, lines, object FROM stroke",
+            rows(
+                connection,
+                "SELECT id, class, name FROM object ORDER BY position",
+                read_object,
+            )?,
+            rows(connection, "SELECT number FROM frame WHERE checked", |row| {
+                unsigned(row, 0)
+            })?,
         ),
-    };
-    let objects = objects.map(|objects| rows(connection, objects, read_object));
-    let checked = match version {
-        ..5 => Vec::new(),
-        _ => {
-            let checked = "SELECT number FROM frame WHERE checked";
-            rows(connection, checked, |row| unsigned(row, 0))?
-        }
     };
     let labels = LabelSet {
         classes: rows(connection, classes, read_class)?,
-        objects: objects.transpose()?.unwrap_or_default(),
+        objects,
         strokes: rows(connection, strokes, read_stroke)?.into_iter().collect(),
         imported: None,
         checked: checked.into_iter().collect(),

@@ -22,7 +22,7 @@ pub(super) const IMPORTS_OF_2: &str =
 pub(super) const MAPS_OF_2: &str =
     "SELECT import, frame, labels, NULL FROM imported_map ORDER BY import, frame";
 
-/// The objects that strokes name, which version 4 brought, with `class.thing` and `stroke.object`.
+/// The objects that strokes name, which version 4 brought, with `class.thing`, `stroke.object` and `frame.checked`.
 const OBJECTS: &str = include_str!("schema/objects.sql");
 
 /// Makes the tables of the current version in an empty database.
@@ -96,14 +96,10 @@ fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
         ),
         _ => String::new(),
     };
-    let objects = match version {
-        ..4 => format!(
-            "ALTER TABLE class ADD COLUMN thing INTEGER; ALTER TABLE stroke ADD COLUMN object INTEGER; {OBJECTS}"
-        ),
-        _ => String::new(),
-    };
     connection.execute_batch(&format!(
-        "BEGIN; {imports} {objects}
+        "BEGIN; {imports} {OBJECTS}
+         ALTER TABLE class ADD COLUMN thing INTEGER;
+         ALTER TABLE stroke ADD COLUMN object INTEGER;
          ALTER TABLE frame ADD COLUMN checked INTEGER;
          PRAGMA user_version = {VERSION}; COMMIT"
     ))

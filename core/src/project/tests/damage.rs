@@ -68,8 +68,8 @@ fn what_no_project_holds_is_damage() {
             "{changes}: {error}"
         );
     }
-    let newer = opened("PRAGMA user_version = 6").unwrap_err().to_string();
-    let told = "newer Inplace (file version 6, this program reads up to 5)";
+    let newer = opened("PRAGMA user_version = 5").unwrap_err().to_string();
+    let told = "newer Inplace (file version 5, this program reads up to 4)";
     assert!(newer.contains(told), "{newer}");
 }
 

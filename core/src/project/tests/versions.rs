@@ -7,7 +7,6 @@ const FIXTURES: [&str; VERSION as usize] = [
     include_str!("../fixtures/v2.sql"),
     include_str!("../fixtures/v3.sql"),
     include_str!("../fixtures/v4.sql"),
-    include_str!("../fixtures/v5.sql"),
 ];
 
 /// A file of this version, changed by these statements.
@@ -86,7 +85,7 @@ fn classes_of_earlier_versions_are_things_by_their_names_and_later_ones_have_obj
         assert_eq!(of_chair.collect::<Vec<_>>(), [(3, labels.objects[0].id)]);
         assert_eq!(labels.objects[0].name, "chair 1");
         let checked: Vec<usize> = labels.checked.iter().copied().collect();
-        assert_eq!(checked, if version < 5 { vec![] } else { vec![1] });
+        assert_eq!(checked, [1]);
     }
 }
 
@@ -97,7 +96,6 @@ fn files_of_later_versions_come_with_their_label_images() {
         (2, "UPDATE import SET trust = 'trusted'", Trust::RIGHT),
         (3, "", Trust::new(0.25).unwrap()),
         (4, "", Trust::new(0.25).unwrap()),
-        (5, "", Trust::new(0.25).unwrap()),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let (_project, saved) = Project::open(&file(folder.path(), version, changes)).unwrap();
