@@ -38,7 +38,7 @@ pub use diffusion::diffuse;
 pub use geodesic::{ClassGeodesics, Geodesics};
 pub(crate) use graph::{DisjointSets, cube};
 pub use graph::{Node, SurfaceGraph};
-pub use imported::{NodeLabels, SurfaceImport};
+pub use imported::SurfaceImport;
 pub use leave_one_out::{CrossValidation, LeaveOneOut, StrokeCheck};
 pub use likeness::Likeness;
 pub use look::Look;

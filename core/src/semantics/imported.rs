@@ -3,12 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::posterior::votes_weight;
-use super::votes::most_likely;
-use super::{ClassGeodesics, Evidence, NodeVotes, Posterior, Surface};
+use super::{NodeVotes, Surface};
 use crate::labels::{ClassId, ImportedLabels, LabelSet, VOID};
 
 /// Imported label images on a surface, for [`LabelPropagation`](super::LabelPropagation). Making it takes seconds where
@@ -108,41 +106,6 @@ impl SurfaceImport {
 fn shared_classes(in_images: &BTreeSet<ClassId>, labels: &LabelSet) -> Vec<ClassId> {
     let known = |class: &ClassId| labels.class(*class).is_some();
     in_images.iter().copied().filter(known).collect()
-}
-
-/// The class of every node of a surface.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NodeLabels(pub Vec<ClassId>);
-
-impl NodeLabels {
-    /// Spreads label images over a surface: trusted pixels are sources of shortest paths, votes are diffused
-    /// with a strength that follows from how much they contradict each other.
-    pub fn spread(surface: &Surface, classes: &[ClassId], labels: &ImportedLabels) -> Self {
-        let votes = NodeVotes::count(surface, classes, labels);
-        if labels.trust.is_right() {
-            let mut geodesics = ClassGeodesics::default();
-            let seeds = votes.majority().into_iter();
-            let seeds = seeds.map(|(node, class)| (node, class.into()));
-            geodesics.update(&surface.graph, seeds.collect());
-            let evidence = Evidence::by_distance(classes, &geodesics);
-            return Self(Posterior::new(&evidence, surface.graph.len()).labels);
-        }
-        let shares = votes.diffused(surface);
-        let rows = shares.par_chunks_exact(classes.len().max(1));
-        Self(rows.map(|row| most_likely(classes, row)).collect())
-    }
-
-    /// The class of every pixel of a frame, row-major; void where it shows no node.
-    pub fn of_frame(&self, surface: &Surface, frame: usize) -> Vec<ClassId> {
-        let map = surface.nodes_of(frame);
-        let mut labels = Vec::with_capacity(map.len());
-        for (node, pixels) in map.runs() {
-            // No surface has as many nodes as `NO_NODE`.
-            let label = self.0.get(node as usize).copied().unwrap_or(VOID);
-            labels.resize(pixels.end, label);
-        }
-        labels
-    }
 }
 
 #[cfg(test)]

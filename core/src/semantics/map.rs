@@ -10,6 +10,10 @@ use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceObjects};
 use crate::labels::{ClassId, ImportedLabels, Label, ObjectId, Pixel, VOID};
 use crate::scene::{Frame, Scene};
 
+/// Confidence from which a pixel keeps the class of its voxel where depth is estimated and there are label images: many
+/// pixels of them agree there, also along borders, where strokes only arrive along a surface that is off by some pixels.
+const SURE: u16 = CERTAIN / 5 * 4;
+
 /// Dense labels of one frame, row-major `[height, width]`.
 ///
 /// A map that follows from a surface holds only the surface and its labels, which all maps share; its pixels are looked
@@ -76,6 +80,8 @@ pub(super) struct OnSurface {
     pub(super) posterior: Arc<Posterior>,
     /// Entropy where there is no node.
     pub(super) unknown: u16,
+    /// Whether label images say anything.
+    pub(super) has_images: bool,
     /// Trusted label images: their pixels have their class for certain.
     pub(super) trusted: Option<Arc<ImportedLabels>>,
     /// Painted pixels and their labels, which they have for certain.
@@ -92,7 +98,9 @@ impl OnSurface {
             Some(depth) => nodes_at_borders(frame, depth, &shown, nodes, labels),
             None => {
                 let superpixels = || self.surface.superpixels.of_frame(number, frame);
-                nodes_along_edges(frame, &shown, labels, superpixels)
+                let confidence = &self.posterior.confidence;
+                let is_sure = |node| self.has_images && confidence[node as usize] >= SURE;
+                nodes_along_edges(frame, &shown, labels, is_sure, superpixels)
             }
         }
     }
@@ -448,6 +456,7 @@ mod tests {
             surface: Arc::new(surface),
             posterior: Arc::new(posterior),
             unknown,
+            has_images: false,
             trusted: None,
             painted,
         };

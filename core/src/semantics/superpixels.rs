@@ -55,11 +55,13 @@ impl Superpixels {
 /// Depth by stereo or from the field is off by some pixels at the edges of things, and so are borders that are looked up
 /// along it. Near borders each superpixel (Felzenszwalb and Huttenlocher 2004) takes the class that most of its pixels show, then the
 /// borders are flooded from inside the classes, the smallest gradient first (watershed; Meyer 1994). Pixels whose class
-/// stays the same keep their node, others take that of a pixel beside them with the new class.
+/// stays the same keep their node, others take that of a pixel beside them with the new class. A node that `is_sure` of
+/// its class keeps its pixels.
 pub(super) fn nodes_along_edges(
     frame: &Frame,
     shown: &[u32],
     labels: &[ClassId],
+    is_sure: impl Fn(u32) -> bool,
     superpixels: impl FnOnce() -> Arc<Vec<u32>>,
 ) -> Vec<u32> {
     let class = |node: u32| labels.get(node as usize).copied().unwrap_or(VOID);
@@ -74,8 +76,15 @@ pub(super) fn nodes_along_edges(
     let (stride, camera, colors) = reduced(frame);
     let middle = |index| shown[frame.camera.middle_of_reduced(stride, index)];
     let mut nodes: Vec<u32> = (0..camera.pixels()).map(middle).collect();
-    vote(&camera, &superpixels(), &mut nodes, class);
-    flood(&camera, &|index| colors[index], &mut nodes, class, REACH);
+    vote(&camera, &superpixels(), &mut nodes, class, &is_sure);
+    flood(
+        &camera,
+        &|index| colors[index],
+        &mut nodes,
+        class,
+        &is_sure,
+        REACH,
+    );
     if stride == 1 {
         return nodes;
     }
@@ -84,13 +93,13 @@ pub(super) fn nodes_along_edges(
     for (index, node) in full.iter_mut().enumerate() {
         let (column, row) = (index % width / stride as usize, index / width / stride as usize);
         let near = nodes[row * camera.width as usize + column];
-        if *node != NO_NODE && near != NO_NODE && class(near) != class(*node) {
+        if *node != NO_NODE && near != NO_NODE && class(near) != class(*node) && !is_sure(*node) {
             *node = near;
         }
     }
     let image = frame.color();
     let color = |index| 255.0 * image.color(index);
-    flood(&frame.camera, &color, &mut full, class, stride);
+    flood(&frame.camera, &color, &mut full, class, &is_sure, stride);
     full
 }
 
@@ -155,7 +164,13 @@ fn superpixels(camera: &Camera, colors: &[Vec3]) -> Vec<u32> {
 }
 
 /// Gives the pixels of each superpixel that are near a border the class that most of its pixels show.
-fn vote(camera: &Camera, segments: &[u32], nodes: &mut [u32], class: impl Fn(u32) -> ClassId) {
+fn vote(
+    camera: &Camera,
+    segments: &[u32],
+    nodes: &mut [u32],
+    class: impl Fn(u32) -> ClassId,
+    is_sure: impl Fn(u32) -> bool,
+) {
     let depths = depths(camera, nodes, &class, MOST_OFF + 1);
     let mut classes: Vec<ClassId> = nodes.iter().map(|&node| class(node)).collect();
     let own = classes.clone();
@@ -189,7 +204,7 @@ fn vote(camera: &Camera, segments: &[u32], nodes: &mut [u32], class: impl Fn(u32
         let segment = segments[at] as usize;
         if speaks(at, segment, nodes) {
             speakers[segment] = nodes[at];
-        } else if nodes[at] != NO_NODE && depths[at] <= MOST_OFF {
+        } else if nodes[at] != NO_NODE && depths[at] <= MOST_OFF && !is_sure(nodes[at]) {
             nodes[at] = speakers[segment];
         }
     }
@@ -201,13 +216,14 @@ fn flood(
     color: &impl Fn(usize) -> Vec3,
     nodes: &mut [u32],
     class: impl Fn(u32) -> ClassId,
+    is_sure: impl Fn(u32) -> bool,
     reach: u32,
 ) {
     let depths = depths(camera, nodes, &class, (reach as f32 / DEEP).ceil() as u32);
     let deepest = window_maxima(camera, &depths, reach as usize);
     let is_open = |at: usize| (depths[at] as f32) < (reach as f32).min(DEEP * deepest[at] as f32);
     let mut open: Vec<bool> = (0..nodes.len())
-        .map(|at| nodes[at] != NO_NODE && is_open(at))
+        .map(|at| nodes[at] != NO_NODE && is_open(at) && !is_sure(nodes[at]))
         .collect();
     let width = camera.width as usize;
     let gradient = |at: usize| {
@@ -315,7 +331,13 @@ mod tests {
 
     fn along_edges(scene: &Scene, shown: &[u32], labels: &[ClassId]) -> Vec<u32> {
         let frame = &scene.frames[0];
-        nodes_along_edges(frame, shown, labels, || Arc::new(superpixels_of(frame)))
+        nodes_along_edges(
+            frame,
+            shown,
+            labels,
+            |_| false,
+            || Arc::new(superpixels_of(frame)),
+        )
     }
 
     #[test]
@@ -330,6 +352,23 @@ mod tests {
                 let nodes = along_edges(&scene, &shown, &[4, 5]);
                 assert!(nodes.into_iter().eq(columns(edge)), "{size:?} from {border}");
             }
+        }
+    }
+
+    #[test]
+    fn a_node_that_is_sure_keeps_its_pixels() {
+        for (size, edge, off) in [([60, 40], 29, 6), ([600, 300], 301, 12)] {
+            let scene = scene(size, |column, _| if column < edge { 60 } else { 90 });
+            let frame = &scene.frames[0];
+            let border = edge + off;
+            let shown: Vec<u32> = (0..size[0] * size[1])
+                .map(|pixel| u32::from(pixel % size[0] >= border))
+                .collect();
+            let superpixels = || Arc::new(superpixels_of(frame));
+            let sure = nodes_along_edges(frame, &shown, &[4, 5], |node| node == 0, superpixels);
+            assert_eq!(sure, shown, "{size:?}");
+            let other = nodes_along_edges(frame, &shown, &[4, 5], |node| node == 1, superpixels);
+            assert_ne!(other, shown, "{size:?}");
         }
     }
 

@@ -10,16 +10,14 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::arguments::FieldArguments;
-use super::learnt::{learn, surface};
+use super::learnt::{NodeLabels, learn, spread, surface};
 use super::paper::pixel_noise;
 use super::simulate::{Annotator, Policy};
 use super::{ConfusionMatrix, EvalError, SceneTruth};
 use inplace_core::field::{Ray, Trainer};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use inplace_core::scene::Scene;
-use inplace_core::semantics::{
-    FrameMap, LabelPropagation, NodeLabels, NodeVotes, SemanticField, SemanticPart, Surface,
-};
+use inplace_core::semantics::{FrameMap, LabelPropagation, NodeVotes, SemanticField, SemanticPart, Surface};
 use inplace_core::session::{Client, Command, ModelState, SessionOptions, sampling};
 
 /// Seconds after the labels at which the answers are measured, ascending.
@@ -92,9 +90,11 @@ pub struct FieldPoint {
     pub depth: bool,
     /// The labels that were given, such as `5 clicks a class` or `90% pixel noise`.
     pub labels: String,
-    /// Whose answer: `graph`, `maps`, `majority`, `diffusion`, `field` (as from any pose) or
+    /// Whose answer: `graph`, `maps`, `majority` (of each voxel's votes), `field` (as from any pose) or
     /// `field, known depth` (rays end at the frame's measured depth, as they do for the others).
     pub answer: &'static str,
+    /// Whether it is what the frames show: that of the maps.
+    pub shown: bool,
     /// Seed of the labels and of the training.
     pub seed: u64,
     /// Seconds since the last label; not a number where the answer does not change.
@@ -104,7 +104,7 @@ pub struct FieldPoint {
 }
 
 /// The columns of `field.csv`, one row for each point.
-pub const COLUMNS: &str = "scene depth labels answer seed seconds miou:4";
+pub const COLUMNS: &str = "scene depth labels answer shown seed seconds miou:4";
 
 /// The pixels of the test frames that answers are measured on, and what the points have in common.
 struct Measured<'a> {
@@ -133,6 +133,7 @@ impl<'a> Measured<'a> {
             depth: self.scene.has_depth(),
             labels: self.labels.clone(),
             answer,
+            shown: answer == "maps",
             seed: self.seed,
             seconds,
             miou,
@@ -224,7 +225,7 @@ const RAYS: usize = 512;
 
 /// Teaches a semantic field label images of the training frames in which this share of the pixels has a random
 /// class, and measures the labels that it renders for the test frames, beside the majority of each voxel's
-/// votes and beside votes diffused along the surface. Seconds are those of its steps alone.
+/// votes and beside the maps of a session that imports them. Seconds are those of its steps alone.
 fn taught_by_noise(
     arguments: &FieldArguments,
     learnt: &Learnt,
@@ -250,12 +251,13 @@ fn taught_by_noise(
     let majority = votes.majority();
     let most = |node: usize| majority.get(&(node as u32)).copied().unwrap_or(VOID);
     let majority = NodeLabels((0..surface.graph.len()).map(most).collect::<Vec<ClassId>>());
-    let diffused = NodeLabels::spread(surface, &classes, &labels);
-    let mut points = Vec::new();
-    for (answer, nodes) in [("majority", majority), ("diffusion", diffused)] {
-        let miou = measured.miou_of_maps(|frame| nodes.of_frame(surface, frame))?;
-        points.push(measured.point(answer, f64::NAN, miou));
-    }
+    let majority = measured.miou_of_maps(|frame| majority.of_frame(surface, frame))?;
+    let spread = spread(scene, surface, &classes, labels);
+    let maps = measured.miou_of_maps(|frame| spread.map(scene, frame, 0).labels().into_owned())?;
+    let mut points = vec![
+        measured.point("majority", f64::NAN, majority),
+        measured.point("maps", f64::NAN, maps),
+    ];
 
     let field = trainer.field();
     let grid = trainer.capacity().semantic_grid();
@@ -372,7 +374,7 @@ mod tests {
             points.iter().filter(is).collect()
         };
         let (noise, clicks) = ("40% pixel noise", "2 clicks a class");
-        for (labels, answer) in [(noise, "majority"), (noise, "diffusion"), (clicks, "graph")] {
+        for (labels, answer) in [(noise, "majority"), (noise, "maps"), (clicks, "graph")] {
             let [only] = of(labels, answer)[..] else {
                 panic!("{points:?}");
             };
@@ -386,6 +388,6 @@ mod tests {
         assert_eq!(of(clicks, "maps").len(), 2);
         let rows = csv(&points, COLUMNS).unwrap();
         assert_eq!(rows.lines().count(), 1 + points.len());
-        assert!(rows.contains(",graph,4,,"));
+        assert!(rows.contains(",graph,false,4,,"));
     }
 }

@@ -8,9 +8,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::EvalError;
 use inplace_core::field::{Preset, Trainer};
-use inplace_core::labels::LabelSet;
+use inplace_core::labels::{Class, ClassId, ImportedLabels, LabelSet, VOID};
 use inplace_core::scene::Scene;
-use inplace_core::semantics::Surface;
+use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
 use inplace_core::session::{Client, Command, Event, SurfaceRefiner};
 
 /// Learns the geometry, for so long at most; then its surface is final.
@@ -84,5 +84,40 @@ pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer, size: f32) -> Resul
             return Err(EvalError::scene(scene, "no surface was found; train for longer"));
         }
         thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Label images with these classes, spread over a surface as a session does that.
+pub(super) fn spread(
+    scene: &Scene,
+    surface: &Arc<Surface>,
+    classes: &[ClassId],
+    images: ImportedLabels,
+) -> LabelPropagation {
+    let class = |&id: &ClassId| Class::new(id, id.to_string());
+    let labels = LabelSet {
+        classes: classes.iter().map(class).collect(),
+        imported: Some(Arc::new(images)),
+        ..LabelSet::default()
+    };
+    let mut propagation = LabelPropagation::new(Arc::clone(surface));
+    propagation.set_labels(scene, &labels);
+    if let Some(import) = SurfaceImport::new(surface, &labels) {
+        propagation.set_import(import);
+    }
+    propagation
+}
+
+/// The class of every node of a surface, by whatever method.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct NodeLabels(pub(super) Vec<ClassId>);
+
+impl NodeLabels {
+    /// The class of every pixel of a frame, row-major; void where it shows no node.
+    pub(super) fn of_frame(&self, surface: &Surface, frame: usize) -> Vec<ClassId> {
+        let nodes = surface.nodes_of(frame).unpack();
+        // No surface has as many nodes as `NO_NODE`.
+        let class = |&node: &u32| self.0.get(node as usize).copied().unwrap_or(VOID);
+        nodes.iter().map(class).collect()
     }
 }

@@ -15,12 +15,12 @@ pub use fusion::PixelClassifier;
 pub use recipe::{Flipped, Objects, clicks, coarse, evenly, grid, grown, pixel_noise};
 
 use super::arguments::PaperArguments;
-use super::learnt::trained_surface;
+use super::learnt::{spread, trained_surface};
 use super::truth::in_image;
 use super::{EvalError, SceneTruth, Scores};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
 use inplace_core::scene::Scene;
-use inplace_core::semantics::{NodeLabels, Surface};
+use inplace_core::semantics::Surface;
 
 /// How the training frames' label images are spoilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,9 +138,9 @@ pub struct PaperPoint {
 
 /// What the experiments of a scene share.
 struct Found<'a> {
-    scene: &'a Scene,
+    scene: &'a Arc<Scene>,
     truth: &'a SceneTruth,
-    surface: &'a Surface,
+    surface: &'a Arc<Surface>,
     /// Wall seconds that the surface took.
     surface_s: f64,
     seed: u64,
@@ -214,13 +214,14 @@ pub fn paper_experiments(
         let in_image = |frame, labels| in_image(scene, frame, labels);
         let input = truth.scores(&truth.train, |frame| in_image(frame, input(frame)))?;
         let start = Instant::now();
-        let spread = NodeLabels::spread(&surface, &classes, &labels);
+        let spread = spread(scene, &surface, &classes, labels);
         let wall_s = found.surface_s + start.elapsed().as_secs_f64();
         let frames = match experiment.evaluated {
             Evaluated::Train => &truth.train,
             Evaluated::Test => &truth.test,
         };
-        let scores = truth.scores(frames, |frame| in_image(frame, spread.of_frame(&surface, frame)))?;
+        let map = |frame| spread.map(scene, frame, 0).labels().into_owned();
+        let scores = truth.scores(frames, |frame| in_image(frame, map(frame)))?;
         points.push(found.point(experiment.name, scores, input.miou, wall_s, experiment.paper_miou));
     }
     if let Some(classifier) = classifier.filter(|_| wanted(FUSION)) {

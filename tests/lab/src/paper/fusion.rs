@@ -12,12 +12,13 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 
 use super::{Found, PaperPoint, evenly};
+use crate::learnt::{NodeLabels, spread};
 use crate::pixels::{FilterBank, Forest, RESPONSES, Sample};
 use crate::truth::in_image;
 use crate::{EvalError, SceneTruth};
 use inplace_core::labels::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID, read_class_list};
 use inplace_core::scene::{Frame, Scene, SceneSource, demo};
-use inplace_core::semantics::{NO_NODE, NodeLabels, Surface};
+use inplace_core::semantics::{NO_NODE, Surface};
 
 /// Frames of each scene that teach, and pixels of each scene, those of a class by the root of its number.
 const FRAMES: usize = 30;
@@ -229,9 +230,12 @@ fn fused(
     NodeLabels(sums.chunks_exact(count).map(|row| likeliest(ids, row)).collect())
 }
 
+/// The class of every pixel of a frame, row-major.
+type FrameLabels = Box<dyn Fn(usize) -> Vec<ClassId>>;
+
 /// Runs the experiment: the predictions for the training frames, what becomes of them by Bayesian fusion (the
-/// product over the pixels that show a voxel) and average fusion on the known surface, and by diffusion, where each
-/// pixel's likeliest class is a vote. Pixels of classes that the classifier does not know are wrong votes, and are
+/// product over the pixels that show a voxel) and average fusion on the known surface, and in the maps of a session that
+/// imports them, where each pixel's likeliest class is a vote. Pixels of classes that the classifier does not know are wrong votes, and are
 /// not measured.
 ///
 /// # Errors
@@ -266,23 +270,30 @@ pub(super) fn run(
     let single = |frame: usize| votes.of_frame(frame).map_or_else(Vec::new, ImportedMap::labels);
     let single = truth.scores(&truth.train, |frame| in_image(scene, frame, single(frame)))?;
     let mut points = vec![found.point("fusion-input", single, single.miou, predicting, Some(0.659))];
-    let ways: [(&str, f64, &dyn Fn() -> NodeLabels); 3] = [
+    let on_nodes = |labels: NodeLabels| -> FrameLabels {
+        let surface = Arc::clone(surface);
+        Box::new(move |frame| labels.of_frame(&surface, frame))
+    };
+    let ways: [(&str, f64, &dyn Fn() -> FrameLabels); 3] = [
         ("fusion-bayesian", 0.668, &|| {
-            fused(surface, &predictions, &ids, |p| p.max(LEAST_PROBABILITY).ln())
+            let log = |p: f32| p.max(LEAST_PROBABILITY).ln();
+            on_nodes(fused(surface, &predictions, &ids, log))
         }),
         ("fusion-average", 0.586, &|| {
-            fused(surface, &predictions, &ids, |p| p)
+            on_nodes(fused(surface, &predictions, &ids, |p| p))
         }),
-        ("fusion", 0.680, &|| NodeLabels::spread(surface, &ids, &votes)),
+        ("fusion", 0.680, &|| {
+            let spread = spread(scene, surface, &ids, votes.clone());
+            let scene = Arc::clone(scene);
+            Box::new(move |frame| spread.map(&scene, frame, 0).labels().into_owned())
+        }),
     ];
     for (name, paper_miou, way) in ways {
         progress(name);
         let start = Instant::now();
         let labels = way();
         let seconds = found.surface_s + predicting + start.elapsed().as_secs_f64();
-        let scores = truth.scores(&truth.train, |frame| {
-            in_image(scene, frame, labels.of_frame(surface, frame))
-        })?;
+        let scores = truth.scores(&truth.train, |frame| in_image(scene, frame, labels(frame)))?;
         points.push(found.point(name, scores, single.miou, seconds, Some(paper_miou)));
     }
     Ok(points)
@@ -303,11 +314,11 @@ mod tests {
         opened(&folder)
     }
 
-    fn points(scene: &Scene, classifier: &PixelClassifier) -> Vec<PaperPoint> {
+    fn points(scene: &Arc<Scene>, classifier: &PixelClassifier) -> Vec<PaperPoint> {
         let found = Found {
             scene,
             truth: &SceneTruth::read(scene).unwrap(),
-            surface: &Surface::build(scene, &[], 5.0).unwrap(),
+            surface: &Arc::new(Surface::build(scene, &[], 5.0).unwrap()),
             surface_s: 0.0,
             seed: 1,
         };

@@ -10,10 +10,11 @@ use glam::Vec3;
 
 use super::Click;
 use crate::EvalError;
+use crate::learnt::NodeLabels;
 use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, LabelSet, VOID};
 use inplace_core::scene::Scene;
-use inplace_core::semantics::{NodeLabels, Surface};
+use inplace_core::semantics::Surface;
 use inplace_core::session::{Client, Command, SessionOptions};
 
 /// How long the joint network trains on each batch of clicks.

@@ -9,9 +9,10 @@ use glam::Vec3;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
+use crate::learnt::NodeLabels;
 use inplace_core::field::reference::positional_encoding;
 use inplace_core::labels::{ClassId, VOID};
-use inplace_core::semantics::{NodeLabels, Surface};
+use inplace_core::semantics::Surface;
 
 const FREQUENCIES: usize = 7;
 const LAYERS: usize = 4;
