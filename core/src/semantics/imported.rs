@@ -6,8 +6,14 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::posterior::votes_weight;
-use super::{NodeVotes, Surface};
+use super::{CERTAIN, NodeVotes, Surface};
 use crate::labels::{ClassId, ImportedLabels, LabelSet, VOID};
+
+/// Probability from which pixels keep the class of their node where the image would decide: many pixels of label images
+/// agree there, also along borders. It falls with the share of random votes by this much, as those leave less for the
+/// right class.
+const SURE: f32 = 0.8;
+const LESS_IF_RANDOM: f32 = 0.5;
 
 /// Imported label images on a surface, for [`LabelPropagation`](super::LabelPropagation). Making it takes seconds where
 /// they are votes, so that a session does that in the background.
@@ -19,6 +25,7 @@ pub struct SurfaceImport {
     /// Those of them that the label set has, ascending.
     classes: Vec<ClassId>,
     on_nodes: NodeAnswers,
+    sure: u16,
 }
 
 #[derive(Clone, Debug)]
@@ -36,6 +43,7 @@ impl SurfaceImport {
         let in_images = images.classes();
         let classes = shared_classes(&in_images, labels);
         let votes = NodeVotes::count(surface, &classes, &images);
+        let sure = SURE * (1.0 - LESS_IF_RANDOM * votes.random_share());
         let on_nodes = if images.trust.is_right() {
             let known = |class: ClassId| if classes.contains(&class) { class } else { VOID };
             let shown = if classes.len() == in_images.len() {
@@ -55,6 +63,7 @@ impl SurfaceImport {
             in_images,
             classes,
             on_nodes,
+            sure: (sure * f32::from(CERTAIN)) as u16,
         })
     }
 
@@ -62,6 +71,11 @@ impl SurfaceImport {
     pub fn is_of(&self, labels: &LabelSet) -> bool {
         let same = |images: &Arc<ImportedLabels>| Arc::ptr_eq(images, &self.images);
         labels.imported.as_ref().is_some_and(same) && shared_classes(&self.in_images, labels) == self.classes
+    }
+
+    /// Confidence, in parts of [`CERTAIN`], from which pixels keep the class of their node where depth is estimated.
+    pub fn sure(&self) -> u16 {
+        self.sure
     }
 
     /// The images, where they are trusted.

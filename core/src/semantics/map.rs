@@ -10,10 +10,6 @@ use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceObjects};
 use crate::labels::{ClassId, ImportedLabels, Label, ObjectId, Pixel, VOID};
 use crate::scene::{Frame, Scene};
 
-/// Confidence from which a pixel keeps the class of its voxel where depth is estimated and there are label images: many
-/// pixels of them agree there, also along borders, where strokes only arrive along a surface that is off by some pixels.
-const SURE: u16 = CERTAIN / 5 * 4;
-
 /// Dense labels of one frame, row-major `[height, width]`.
 ///
 /// A map that follows from a surface holds only the surface and its labels, which all maps share; its pixels are looked
@@ -80,8 +76,8 @@ pub(super) struct OnSurface {
     pub(super) posterior: Arc<Posterior>,
     /// Entropy where there is no node.
     pub(super) unknown: u16,
-    /// Whether label images say anything.
-    pub(super) has_images: bool,
+    /// Confidence from which pixels keep the class of their node where depth is estimated; `None`: never.
+    pub(super) sure: Option<u16>,
     /// Trusted label images: their pixels have their class for certain.
     pub(super) trusted: Option<Arc<ImportedLabels>>,
     /// Painted pixels and their labels, which they have for certain.
@@ -99,7 +95,7 @@ impl OnSurface {
             None => {
                 let superpixels = || self.surface.superpixels.of_frame(number, frame);
                 let confidence = &self.posterior.confidence;
-                let is_sure = |node| self.has_images && confidence[node as usize] >= SURE;
+                let is_sure = |node| self.sure.is_some_and(|sure| confidence[node as usize] >= sure);
                 nodes_along_edges(frame, &shown, labels, is_sure, superpixels)
             }
         }
@@ -456,7 +452,7 @@ mod tests {
             surface: Arc::new(surface),
             posterior: Arc::new(posterior),
             unknown,
-            has_images: false,
+            sure: None,
             trusted: None,
             painted,
         };

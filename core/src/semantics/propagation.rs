@@ -226,7 +226,7 @@ impl LabelPropagation {
             surface: Arc::clone(&self.surface),
             posterior,
             unknown,
-            has_images: self.import.is_some(),
+            sure: self.import.as_ref().map(SurfaceImport::sure),
             trusted: self.import.as_ref().and_then(|import| import.trusted()).cloned(),
             painted: painted.map(|(&pixel, &said)| (pixel, self.label(said))).collect(),
         }

@@ -135,7 +135,7 @@ impl NodeVotes {
     }
 
     /// The share of random votes r that explains the agreement a of C classes: (1 - r)^2 (1 - 1/C) = a - 1/C.
-    fn random_share(&self) -> f32 {
+    pub(super) fn random_share(&self) -> f32 {
         let even = 1.0 / self.classes.len().max(2) as f32;
         1.0 - ((self.agreement() - even) / (1.0 - even)).clamp(0.0, 1.0).sqrt()
     }
