@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use super::{ExportError, LabelledScene, write};
@@ -15,6 +16,31 @@ use crate::session::FrameMap;
 const SAME: u16 = 0;
 const ONE: u16 = 96;
 const DIFFERENT: u16 = 255;
+
+/// What two labellings say of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Difference {
+    /// Neither gives it a class.
+    Nothing,
+    /// The same class.
+    Same,
+    /// One alone gives it a class.
+    Alone,
+    /// Different classes.
+    Different,
+}
+
+impl Difference {
+    /// Of two numbers of a [`ClassMatching`].
+    fn of(pair: [usize; 2]) -> Self {
+        match pair {
+            [0, 0] => Self::Nothing,
+            [a, b] if a == b => Self::Same,
+            [0, _] | [_, 0] => Self::Alone,
+            _ => Self::Different,
+        }
+    }
+}
 
 /// How far two labellings agree. Shares and counts are of the pixels that both give a class.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -51,14 +77,17 @@ pub struct ClassAgreement {
     pub iou: f64,
 }
 
-/// The classes of two labellings by name; number 0 is void.
-struct Matching {
+/// The classes of two labellings, which are the same where they have the same name (capitals aside).
+#[derive(Debug)]
+pub struct ClassMatching {
+    /// The name of each number; number 0 is void.
     names: Vec<String>,
-    numbers: [HashMap<ClassId, usize>; 2],
+    numbers: [FxHashMap<ClassId, usize>; 2],
 }
 
-impl Matching {
-    fn new(lists: [&[Class]; 2]) -> Self {
+impl ClassMatching {
+    /// Matches the classes of two lists.
+    pub fn new(lists: [&[Class]; 2]) -> Self {
         let mut names = vec![String::new()];
         let numbers = lists.map(|classes| {
             let number = |class: &Class| {
@@ -78,18 +107,28 @@ impl Matching {
         Self { names, numbers }
     }
 
+    /// The numbers of two classes, one of each list.
+    fn pair(&self, [first, second]: [ClassId; 2]) -> [usize; 2] {
+        let number = |list: usize, id| self.numbers[list].get(&id).copied().unwrap_or(0);
+        [number(0, first), number(1, second)]
+    }
+
+    /// What two labellings say of a pixel to which they give these classes, one of each list.
+    pub fn difference(&self, labels: [ClassId; 2]) -> Difference {
+        Difference::of(self.pair(labels))
+    }
+
     /// Pixels by the number that each gives them, `[first, second]`, and the difference image.
     fn compare(&self, labels: [&[ClassId]; 2]) -> (Vec<u64>, Vec<u16>) {
         let mut counts = vec![0; self.names.len() * self.names.len()];
         let [first, second] = labels;
         let pixel = |(&a, &b): (&ClassId, &ClassId)| {
-            let number = |list: usize, id| self.numbers[list].get(&id).copied().unwrap_or(0);
-            let pair = [number(0, a), number(1, b)];
+            let pair = self.pair([a, b]);
             counts[pair[0] * self.names.len() + pair[1]] += 1;
-            match pair {
-                [a, b] if a == b => SAME,
-                [0, _] | [_, 0] => ONE,
-                _ => DIFFERENT,
+            match Difference::of(pair) {
+                Difference::Nothing | Difference::Same => SAME,
+                Difference::Alone => ONE,
+                Difference::Different => DIFFERENT,
             }
         };
         let image = first.iter().zip(second).map(pixel).collect();
@@ -148,7 +187,7 @@ pub fn compare(
     second: LabelledScene<'_>,
     folder: Option<&Path>,
 ) -> Result<Agreement, ExportError> {
-    let matching = Matching::new([first.classes, second.classes]);
+    let matching = ClassMatching::new([first.classes, second.classes]);
     let in_second: HashMap<&str, &FrameMap> = second
         .maps
         .iter()
