@@ -342,7 +342,7 @@ impl Canvas {
                 legend::show(ui, (workspace, known), side, part);
             }
         }
-        self.covered = split::show(ui, rect, &model.settings, commands);
+        self.covered = split::show(ui, rect, (&model.settings, model.is_compared()), commands);
         InputOrder::set_canvas(ui.ctx(), Some(rect), &self.covered);
         let on_image = |position: &Pos2| !self.covered.iter().any(|rect| rect.contains(*position));
         if let Some(position) = hover.filter(on_image) {

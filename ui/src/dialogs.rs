@@ -74,6 +74,7 @@ fn title(dialog: &Dialog) -> &'static str {
         Dialog::SaveAs(_) => "Save project as",
         Dialog::Export(_) => "Export",
         Dialog::Import { .. } => "Import labels",
+        Dialog::Compare(_) => "Compare with another project",
         Dialog::FirstClass { .. } => "Name the first class",
         Dialog::AddClasses(_) => "Add classes",
         Dialog::SaveClasses(_) => "Save classes",
@@ -105,6 +106,7 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
             Dialog::SaveAs(path) => save(ui, path, Purpose::SaveAs, commands),
             Dialog::Export(choice) => export::show(ui, choice, commands),
             Dialog::Import { path, trust } => import(ui, path, trust, commands),
+            Dialog::Compare(path) => compare(ui, path, commands),
             Dialog::FirstClass { name, .. } => first_class(ui, name, commands),
             Dialog::AddClasses(dialog) => classes::show(ui, dialog, commands),
             Dialog::SaveClasses(path) => save(ui, path, Purpose::SaveClasses, commands),
@@ -225,6 +227,19 @@ fn import(ui: &mut Ui, path: &mut String, trust: &mut Trust, commands: &mut Comm
     let path = path.trim();
     confirm(ui, "Import", !path.is_empty(), entered, commands, || {
         Command::ImportFrom(PathBuf::from(path), *trust)
+    });
+}
+
+/// Asks for the project to compare with.
+fn compare(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
+    ui.label("Another project of this scene, such as a colleague's. The layer \"Differences\" then shows where its labels and yours are not the same; nothing of it is kept in yours.");
+    let entered = path_field(ui, path, "Project to compare with");
+    if ui.button("Browse...").clicked() {
+        commands.push(Command::Browse(Purpose::Compare));
+    }
+    let path = path.trim();
+    confirm(ui, "Compare", !path.is_empty(), entered, commands, || {
+        Command::CompareWith(PathBuf::from(path))
     });
 }
 

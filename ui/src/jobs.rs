@@ -80,7 +80,7 @@ impl Jobs {
             let classes = |dialog: rfd::FileDialog| dialog.add_filter("Class list", &["json"]);
             let path = match purpose {
                 Purpose::Scene | Purpose::Moved | Purpose::Export | Purpose::Import => dialog.pick_folder(),
-                Purpose::Project => project(dialog).pick_file(),
+                Purpose::Project | Purpose::Compare => project(dialog).pick_file(),
                 Purpose::SaveAs => project(dialog).save_file(),
                 Purpose::Classes => classes(dialog).pick_file(),
                 Purpose::SaveClasses => classes(dialog).save_file(),
@@ -150,6 +150,7 @@ fn title(purpose: Purpose) -> &'static str {
         Purpose::SaveAs => "Save the project as",
         Purpose::Export => "Export into a folder",
         Purpose::Import => "Import the label images of a folder",
+        Purpose::Compare => "Compare with another project",
         Purpose::Moved => "The folder of the scene",
         Purpose::Classes => "Read a class list",
         Purpose::SaveClasses => "Save the classes as a file",

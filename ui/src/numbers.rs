@@ -17,6 +17,11 @@ pub fn share(share: f32) -> String {
     }
 }
 
+/// A share as a percentage with a digit behind the point: never 100% when something is missing.
+pub fn percent(share: f64) -> String {
+    format!("{:.1}%", (1000.0 * share).floor() / 10.0)
+}
+
 /// A probability.
 pub fn probability(probability: f32) -> String {
     // 100% is kept for what is certain.
@@ -61,6 +66,11 @@ mod tests {
         assert_eq!(share(0.123), "12%");
         assert_eq!(share(0.9999), "above 99%");
         assert_eq!((share(0.0), share(1.0)), ("0%".to_owned(), "100%".to_owned()));
+        assert_eq!(
+            (percent(0.99999), percent(1.0)),
+            ("99.9%".to_owned(), "100.0%".to_owned())
+        );
+        assert_eq!(percent(0.9344), "93.4%");
         assert_eq!(unsure(0.25, 1.0), "25% unsure");
         assert_eq!(duration(59.9), "59 s");
         assert_eq!(duration(61.0), "1 min 01 s");

@@ -3,6 +3,7 @@
 mod audit;
 mod charted;
 mod classes;
+mod comparison;
 mod drop;
 mod filmstrip;
 mod frame_filter;

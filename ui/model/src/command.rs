@@ -35,6 +35,12 @@ pub enum Command {
     ImportFrom(PathBuf, Trust),
     /// Drops the import whose images are being read.
     CancelImport,
+    /// Compares the scene with another project of it.
+    CompareWith(PathBuf),
+    /// Stops reading the project that is to be compared with.
+    CancelComparison,
+    /// Ends the comparison with another project.
+    EndComparison,
     /// Removes the label images that were imported.
     RemoveImported,
     /// Shows a folder in the file manager.

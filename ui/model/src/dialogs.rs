@@ -26,6 +26,8 @@ pub enum Purpose {
     Export,
     /// A folder of label images, to import.
     Import,
+    /// A project file, to compare with.
+    Compare,
     /// The folder that a project's scene has moved into.
     Moved,
     /// A class list, to read.
@@ -50,6 +52,8 @@ pub enum Dialog {
         /// How far its pixels can be believed.
         trust: Trust,
     },
+    /// Asks for another project of the scene to compare with, with the path typed so far.
+    Compare(String),
     /// Asks for the name of the first class; the stroke that waited for it is then added.
     FirstClass {
         /// The name typed so far.
@@ -97,6 +101,7 @@ impl Dialog {
             | Self::SaveAs(path)
             | Self::Export(ExportChoice { path, .. })
             | Self::Import { path, .. }
+            | Self::Compare(path)
             | Self::SaveClasses(path)
             | Self::Moved(MovedScene { path, .. }) => {
                 *path = picked.display().to_string();

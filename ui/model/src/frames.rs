@@ -2,6 +2,8 @@
 
 use inplace_core::session::FrameSummary;
 
+use crate::comparison::Counts;
+
 /// With more than this share of unclear pixels a scene is not quite done, and a frame is uncertain.
 pub const UNCERTAIN: f32 = 0.05;
 /// A frame's imported labels differ from its map above this share of the pixels.
@@ -42,11 +44,16 @@ pub enum FrameOrder {
     Capture,
     /// The highest mean entropy first.
     Uncertainty,
+    /// Those that differ most from the project that is compared with first.
+    Difference,
 }
 
 impl FrameOrder {
-    /// All orders, in the order shown.
-    pub const ALL: [Self; 2] = [Self::Capture, Self::Uncertainty];
+    /// The orders that there are, in the order shown; `compared` says whether there is another project.
+    pub fn present(compared: bool) -> impl Iterator<Item = Self> {
+        let difference = compared.then_some(Self::Difference);
+        [Self::Capture, Self::Uncertainty].into_iter().chain(difference)
+    }
 }
 
 /// What is known of a frame.
@@ -60,6 +67,8 @@ pub struct FrameFacts {
     pub checked: bool,
     /// What its map comes to, once it has one.
     pub summary: Option<FrameSummary>,
+    /// How it was counted against the project that is compared with, if it was.
+    pub compared: Option<Counts>,
     /// Whether its map is summed up at all: those of frames that are no keyframes are not.
     pub has_no_summary: bool,
 }
@@ -88,10 +97,10 @@ pub struct FrameList {
     /// The order in force.
     pub order: FrameOrder,
     facts: Vec<FrameFacts>,
-    /// Place of every frame among all. By uncertainty it stays as it was when that was chosen: frames that change
+    /// Place of every frame among all. By what is known of the frames it stays as it was when that was chosen: frames that change
     /// their places while one steps through them would be seen twice, or never.
     rank: Vec<usize>,
-    /// Whether every frame had a map when the places were given.
+    /// Whether everything was known of every frame when the places were given.
     complete: bool,
     /// The frames shown, in order.
     pub shown: Vec<usize>,
@@ -162,14 +171,25 @@ impl FrameList {
             summary.map_or(f32::INFINITY, |summary| summary.mean_entropy)
         };
         let unknown = |frame: usize| self.facts[frame].has_no_summary;
+        // Frames on which nothing is labelled twice come last.
+        let agreement = |frame: usize| {
+            let agreement = self.facts[frame].compared.and_then(|counts| counts.agreement());
+            agreement.unwrap_or(f64::INFINITY)
+        };
         let mut sorted: Vec<usize> = (0..self.facts.len()).collect();
-        if self.order == FrameOrder::Uncertainty {
-            sorted.sort_by(|&a, &b| {
+        match self.order {
+            FrameOrder::Capture => {}
+            FrameOrder::Uncertainty => sorted.sort_by(|&a, &b| {
                 let keyframes_first = unknown(a).cmp(&unknown(b));
                 keyframes_first.then(entropy(b).total_cmp(&entropy(a)))
-            });
+            }),
+            FrameOrder::Difference => sorted.sort_by(|&a, &b| agreement(a).total_cmp(&agreement(b))),
         }
-        let is_known = |facts: &FrameFacts| facts.has_no_summary || facts.summary.is_some();
+        let by_difference = self.order == FrameOrder::Difference;
+        let is_known = |facts: &FrameFacts| {
+            let is_summed_up = facts.has_no_summary || facts.summary.is_some();
+            is_summed_up && (!by_difference || facts.has_no_summary || facts.compared.is_some())
+        };
         self.complete = self.facts.iter().all(is_known);
         self.rank = vec![0; sorted.len()];
         for (place, frame) in sorted.into_iter().enumerate() {
@@ -218,6 +238,7 @@ mod tests {
             strokes,
             contradicted,
             checked: false,
+            compared: None,
             has_no_summary: false,
             summary: Some(FrameSummary {
                 mean_entropy: entropy,
@@ -279,6 +300,22 @@ mod tests {
         assert_eq!(list.shown, [3, 1, 2, 4, 0]);
         list.set_order(FrameOrder::Uncertainty);
         assert_eq!(list.shown, [1, 2, 4, 0, 3]);
+    }
+
+    #[test]
+    fn frames_that_differ_most_come_first_and_those_not_labelled_twice_last() {
+        let mut list = list();
+        let mut compared = list.facts.clone();
+        for (facts, [same, different]) in compared.iter_mut().zip([[9, 1], [0, 0], [4, 6], [9, 0], [2, 3]]) {
+            facts.compared = Some(Counts {
+                same,
+                different,
+                alone: 5,
+            });
+        }
+        list.set_facts(compared);
+        list.set_order(FrameOrder::Difference);
+        assert_eq!(list.shown, [2, 4, 0, 3, 1]);
     }
 
     #[test]

@@ -8,11 +8,13 @@ use inplace_core::guide::audit::Audit;
 use inplace_core::labels::{Class, LabelImages};
 use inplace_core::scene::{Scene, SceneSource};
 
+use crate::comparison::{Counted, NotCompared, OtherLabels};
 use crate::dialogs::Purpose;
 use crate::exporting::ExportProgress;
 use crate::opening::{Attached, Prepared, Refusal};
 use crate::overview::Summarised;
 use crate::project_session::{Ending, ProjectSession};
+use crate::versioned::Version;
 
 /// Where the work on a scene that has no project file yet is kept.
 pub type AutosavePath = Arc<dyn Fn(&SceneSource) -> PathBuf + Send + Sync>;
@@ -43,6 +45,12 @@ pub enum Done {
     Exported(ExportProgress),
     /// The label images of the import with this number were read, or a sentence says what failed.
     Imported(u64, Box<Result<LabelImages, String>>),
+    /// How the reading of the project with this number goes that is to be compared with, in words.
+    ComparisonGoesOn(u64, String),
+    /// The project with this number was read, or could not be.
+    OtherRead(u64, Box<Result<OtherLabels, NotCompared>>),
+    /// Maps of the scene with this serial number were compared by the classes of this version.
+    DifferencesCounted(u64, Version, Counted),
     /// Maps of the scene with this serial number were summed up.
     Summarised(u64, Vec<Summarised>),
     /// Places of the scene with this serial number were drawn, where anything is labelled.

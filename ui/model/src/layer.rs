@@ -14,6 +14,8 @@ pub enum Layer {
     Entropy = 2,
     /// Where the labels and the map made from them are of different classes.
     Disagreement = 3,
+    /// Where the map and that of another project are of different classes.
+    Differences = 10,
     /// How far away every pixel is.
     Depth = 4,
     /// The field as seen from the frame, or from the camera of the 3D view: its colours,
@@ -28,18 +30,25 @@ pub enum Layer {
 
 impl Layer {
     /// All layers, in the order in which the key cycles through them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Color,
         Self::Labels,
         Self::Objects,
         Self::Entropy,
         Self::Disagreement,
+        Self::Differences,
         Self::Depth,
         Self::Rendered,
         Self::RenderedLabels,
         Self::RenderedEntropy,
         Self::RenderedDepth,
     ];
+
+    /// The layers that there are, in this order; `compared` says whether the scene is compared with another project.
+    pub fn present(compared: bool) -> impl Iterator<Item = Self> + Clone {
+        let is_there = move |layer: &Self| compared || *layer != Self::Differences;
+        Self::ALL.into_iter().filter(is_there)
+    }
 
     /// Name for people.
     pub fn name(self) -> &'static str {
@@ -49,6 +58,7 @@ impl Layer {
             Self::Objects => "Objects",
             Self::Entropy => "Entropy",
             Self::Disagreement => "Disagreement",
+            Self::Differences => "Differences",
             Self::Depth => "Depth",
             Self::Rendered => "Field colour",
             Self::RenderedLabels => "Field labels",
@@ -67,6 +77,7 @@ impl Layer {
             Self::Disagreement => {
                 "Where what you or an imported image said is another class than what became of it"
             }
+            Self::Differences => "Where the project that you compare with has another class",
             Self::Depth => {
                 "How far away every pixel is: as measured, or as rendered where the capture has no depth"
             }
@@ -87,10 +98,10 @@ impl Layer {
         Self::ALL.into_iter().find(|layer| layer.number() == number)
     }
 
-    /// The next layer.
+    /// The next layer of those that there are.
     #[must_use]
-    pub fn next(self) -> Self {
-        let mut after = Self::ALL.into_iter().cycle().skip_while(|&layer| layer != self);
+    pub fn next(self, compared: bool) -> Self {
+        let mut after = Self::present(compared).cycle().skip_while(|&layer| layer != self);
         after.nth(1).unwrap_or(self)
     }
 
@@ -98,9 +109,13 @@ impl Layer {
     pub fn is_rendered(self) -> bool {
         match self {
             Self::Rendered | Self::RenderedLabels | Self::RenderedEntropy | Self::RenderedDepth => true,
-            Self::Color | Self::Labels | Self::Objects | Self::Entropy | Self::Disagreement | Self::Depth => {
-                false
-            }
+            Self::Color
+            | Self::Labels
+            | Self::Objects
+            | Self::Entropy
+            | Self::Disagreement
+            | Self::Differences
+            | Self::Depth => false,
         }
     }
 

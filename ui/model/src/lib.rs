@@ -7,6 +7,7 @@
 
 pub mod class_view;
 pub mod command;
+pub mod comparison;
 pub mod dialogs;
 pub mod document;
 pub mod effect;

@@ -47,6 +47,19 @@ pub struct Opening {
     pub opened: Option<Arc<Scene>>,
 }
 
+/// Another project that is being read, to compare with it.
+#[derive(Debug)]
+pub struct BeginningComparison {
+    /// Tells it from earlier ones, whose results are then dropped.
+    pub(crate) ticket: u64,
+    /// Name of the project.
+    pub name: String,
+    /// How it goes, in words.
+    pub words: String,
+    /// Set to stop it.
+    pub(crate) stop: Arc<AtomicBool>,
+}
+
 /// What the right side shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
@@ -103,6 +116,8 @@ pub struct State {
     pub stopping_export: bool,
     /// The import whose label images are being read.
     pub importing: Option<u64>,
+    /// The project that is being read, to compare with it.
+    pub beginning_comparison: Option<BeginningComparison>,
     /// What the right side shows.
     pub side: Side,
     /// The messages shown.
@@ -154,6 +169,7 @@ impl Model {
                 export: None,
                 stopping_export: false,
                 importing: None,
+                beginning_comparison: None,
                 side: Side::default(),
                 messages: Messages::default(),
                 overlay_hidden: false,
@@ -184,6 +200,12 @@ impl State {
             Stage::Open(workspace) => Some(workspace),
             Stage::Start | Stage::Opening(_) => None,
         }
+    }
+
+    /// Whether the open scene is compared with another project.
+    pub fn is_compared(&self) -> bool {
+        self.workspace()
+            .is_some_and(|workspace| workspace.comparison.is_some())
     }
 
     /// Name of what is open: the project's file stem, or the scene's name.

@@ -8,6 +8,7 @@ use inplace_core::labels::{ClassId, ImportedLabels, StrokeId, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::session::{FrameSummary, MapSlots, Status, StrokeCheck};
 
+use crate::comparison::Comparison;
 use crate::document::Document;
 use crate::frames::{FrameFacts, FrameList};
 use crate::progress_log::ProgressLog;
@@ -104,7 +105,7 @@ impl Overview {
     }
 
     /// Brings frames and evidence up to date; costs nothing where nothing has changed.
-    pub fn refresh(&mut self, scene: &Scene, document: &Document) {
+    pub fn refresh(&mut self, scene: &Scene, document: &Document, comparison: Option<&Comparison>) {
         if !std::mem::take(&mut self.stale) {
             return;
         }
@@ -115,6 +116,7 @@ impl Overview {
                 contradicted: 0,
                 checked: labels.checked.contains(&frame),
                 summary,
+                compared: comparison.and_then(|comparison| comparison.of_frame(frame)),
                 has_no_summary: scene.frames.get(frame).is_some_and(|frame| !frame.is_keyframe()),
             })
             .collect();

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use inplace_core::export::Difference;
 use inplace_core::labels::{Class, ClassId, VOID};
 use inplace_core::session::ENTROPY_STEPS_PER_NAT;
 
@@ -23,10 +24,12 @@ pub enum Table {
     Depth,
     /// One colour for each [`Agreement`].
     Disagreement,
+    /// One colour for each [`Difference`], by its number.
+    Differences,
 }
 
 impl Table {
-    const ALL: [Self; 3] = [Self::Entropy, Self::Depth, Self::Disagreement];
+    const ALL: [Self; 4] = [Self::Entropy, Self::Depth, Self::Disagreement, Self::Differences];
 
     /// RGBA of a column.
     pub fn color(self, column: usize) -> [u8; 4] {
@@ -36,6 +39,10 @@ impl Table {
             Self::Disagreement => Agreement::ALL
                 .get(column)
                 .map_or([0; 4], |agreement| agreement.color()),
+            Self::Differences => [Difference::Alone, Difference::Different]
+                .into_iter()
+                .find(|&difference| difference as usize == column)
+                .map_or([0; 4], difference_color),
         }
     }
 }
@@ -71,6 +78,16 @@ impl Agreement {
             Self::ImportContradicted => [255, 176, 0, 255],
             Self::StrokeContradicted => [230, 30, 130, 255],
         }
+    }
+}
+
+/// RGBA of what two projects say of a pixel over the dimmed image: amber and violet are told apart by colour-blind people
+/// too, and by their brightness.
+pub fn difference_color(difference: Difference) -> [u8; 4] {
+    match difference {
+        Difference::Nothing | Difference::Same => [0; 4],
+        Difference::Alone => [120, 94, 240, 255],
+        Difference::Different => [255, 176, 0, 255],
     }
 }
 
@@ -229,5 +246,11 @@ mod tests {
         assert!(steps.into_iter().all(|(light, dark)| light > dark));
         let [import, stroke] = [Agreement::ImportContradicted, Agreement::StrokeContradicted];
         assert!(brightness(import.color()) > brightness(stroke.color()) + 60.0);
+        let [alone, different] = [Difference::Alone, Difference::Different].map(difference_color);
+        assert!(brightness(different) > brightness(alone) + 60.0);
+        assert_eq!(
+            Table::Differences.color(Difference::Different as usize),
+            different
+        );
     }
 }

@@ -86,8 +86,9 @@ impl Settings {
     /// Takes over what an earlier window kept; what it did not keep stays.
     pub fn take_json(&mut self, kept: &Value) {
         for (layer, name) in [(&mut self.layer, "layer"), (&mut self.other_layer, "other_layer")] {
-            let number = kept[name].as_u64();
-            if let Some(known) = number.and_then(Layer::numbered) {
+            let known = kept[name].as_u64().and_then(Layer::numbered);
+            // No comparison is kept.
+            if let Some(known) = known.filter(|&known| known != Layer::Differences) {
                 *layer = known;
             }
         }
@@ -134,11 +135,12 @@ mod tests {
     }
 
     #[test]
-    fn settings_of_another_version_do_no_harm() {
+    fn settings_of_another_version_and_the_layer_of_a_comparison_do_no_harm() {
         let mut settings = Settings::default();
         for kept in [
             Value::Null,
             json!([]),
+            json!({"layer": Layer::Differences.number()}),
             json!({"layer": 99, "opacity": "x", "brush": 1_000_000}),
         ] {
             settings.take_json(&kept);

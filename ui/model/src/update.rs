@@ -2,6 +2,7 @@
 
 mod audit;
 mod classes;
+mod comparison;
 mod events;
 mod files;
 mod labels;
@@ -89,6 +90,9 @@ impl Model {
             Command::Export(choice) => self.export(choice),
             Command::CancelExport => self.cancel_export(),
             Command::CancelImport => self.cancel_import(),
+            Command::CompareWith(project) => self.compare_with(project),
+            Command::CancelComparison => self.stop_beginning_comparison(),
+            Command::EndComparison => self.end_comparison(),
             Command::ImportFrom(folder, trust) => self.import_from(folder, trust),
             Command::RemoveImported => self.edit(History::remove_imported),
             Command::ShowFolder(folder) => self.effects.push(Effect::ShowFolder(folder)),
@@ -194,7 +198,9 @@ impl Model {
             }
 
             Command::ChooseLayer(layer) => self.state.settings.layer = layer,
-            Command::CycleLayer => self.state.settings.layer = self.state.settings.layer.next(),
+            Command::CycleLayer => {
+                self.state.settings.layer = self.state.settings.layer.next(self.state.is_compared());
+            }
             Command::SetOpacity(opacity) => self.state.settings.opacity = opacity.clamp(0.0, 1.0),
             Command::SetOutlines(outlines) => self.state.settings.outlines = outlines,
             Command::SetLegend(legend) => self.state.settings.legend = legend,
@@ -249,6 +255,7 @@ impl Model {
                 Dialog::SaveAs(_)
                     | Dialog::Export(_)
                     | Dialog::Import { .. }
+                    | Dialog::Compare(_)
                     | Dialog::AddClasses(_)
                     | Dialog::SaveClasses(_)
             )

@@ -20,6 +20,7 @@ use serde_json::json;
 
 use self::audit::Auditing;
 use crate::class_view::ClassView;
+use crate::comparison::{Comparison, DueFrames};
 use crate::document::Document;
 use crate::frames;
 use crate::hover::Hover;
@@ -95,6 +96,8 @@ pub struct Workspace {
     pub(crate) suggestions: Suggestions,
     pub(crate) auditing: Auditing,
     pub(crate) hover: Hover,
+    /// The comparison with another project, while there is one.
+    pub comparison: Option<Comparison>,
     /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
     pub followed: Option<u64>,
     state: Option<Arc<ModelState>>,
@@ -142,6 +145,7 @@ impl Workspace {
             suggestions: Suggestions::default(),
             auditing: Auditing::default(),
             hover: Hover::default(),
+            comparison: None,
             followed: None,
             state: None,
             ended: false,
@@ -211,8 +215,16 @@ impl Workspace {
 
     /// Brings the overview up to date; returns the frames whose maps are to be summed up now, if any.
     pub fn refresh_overview(&mut self, now: Instant) -> Option<Vec<(usize, u64)>> {
-        self.overview.refresh(&self.scene, &self.document);
+        self.overview
+            .refresh(&self.scene, &self.document, self.comparison.as_ref());
         self.overview.due(&self.map_versions, now)
+    }
+
+    /// The frames that are to be compared with the other project now, if any.
+    pub(crate) fn due_differences(&mut self) -> Option<(DueFrames, &Comparison)> {
+        let comparison = self.comparison.as_mut()?;
+        let due = comparison.due(self.document.classes(), self.frame_index, &self.map_versions)?;
+        Some((due, comparison))
     }
 
     /// Changes with every new map of a frame; 0 = none yet.

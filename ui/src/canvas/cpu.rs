@@ -22,7 +22,7 @@ pub(super) const DIMMED_SHARE: f32 = 0.5;
 pub(super) fn strength(look: &Look) -> f32 {
     match look.layer {
         // What is marked stays marked.
-        Layer::Disagreement => 0.5 + 0.5 * look.opacity,
+        Layer::Disagreement | Layer::Differences => 0.5 + 0.5 * look.opacity,
         _ => look.opacity,
     }
 }

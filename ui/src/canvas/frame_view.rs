@@ -17,8 +17,8 @@ use inplace_model::{Command, Commands};
 use super::content::{Content, Image, Picture, ShownMap};
 use super::field_view::{FieldView, FieldViewer};
 use super::objects::{EntryColors, ObjectFinder, ObjectPlane, Question, SceneObjects, object_finder};
-use super::plane::{AGREEMENT, DepthPlane, Over, Texels, measured_depth};
-use super::preparing::{AgreementPlane, Part, Preparer, Request, Said, preparer};
+use super::plane::{AGREEMENT, DIFFERENCES, DepthPlane, Over, Reading, Texels, measured_depth};
+use super::preparing::{AgreementPlane, DifferencePlane, Part, Preparer, Request, Said, preparer};
 
 /// What is known of the frame in view. It follows the open scene: [`FrameView::follow`] notices what is new there, and
 /// has a thread make what the layers need.
@@ -60,6 +60,8 @@ struct Known {
     visible: Option<(Version, Vec<(ClassId, u32)>)>,
     /// How the labels agree with a map.
     agreement: Option<AgreementPlane>,
+    /// Where a map differs from another project's.
+    differences: Option<DifferencePlane>,
     /// The objects that a map shows, once they were asked for.
     objects: Option<ObjectPlane>,
     /// Their colours.
@@ -76,6 +78,8 @@ struct Wanted {
     visible: bool,
     /// Generation of the labels and version of the contradicted strokes.
     said: Option<(u64, Version)>,
+    /// Version of the matching of the own classes with those of another project.
+    other: Option<Version>,
     depth: bool,
 }
 
@@ -232,6 +236,11 @@ impl FrameView {
                         self.known.agreement = Some(plane);
                     }
                 }
+                Part::Differences(plane) => {
+                    if plane.made_of.0 > self.since {
+                        self.known.differences = Some(plane);
+                    }
+                }
                 Part::Depth(frame, plane) => {
                     if frame == self.frame {
                         self.known.depth = Some(plane);
@@ -247,11 +256,20 @@ impl FrameView {
         let (document, contradicted) = (&workspace.document, &workspace.overview.contradicted);
         let said = (document.generation(), contradicted.version());
         let map = self.known.newest.as_ref().map(Versioned::version);
+        let comparison = workspace
+            .comparison
+            .as_ref()
+            .filter(|_| shows(Layer::Differences));
+        let other = comparison.map(|comparison| comparison.matching.version());
+        if other.is_none() {
+            self.known.differences = None;
+        }
         let wanted = Wanted {
             frame: self.frame,
             map,
             visible: shows(Layer::Labels) || shows(Layer::RenderedLabels),
             said: shows(Layer::Disagreement).then_some(said),
+            other,
             depth: shows(Layer::Depth) && measured,
         };
         if self.wanted.as_ref() == Some(&wanted) {
@@ -270,6 +288,8 @@ impl FrameView {
             .is_some_and(|(of, _)| Some(*of) == map);
         let compared = |plane: &AgreementPlane| Some(plane.map) == map && plane.said == said;
         let compared = self.known.agreement.as_ref().is_some_and(compared);
+        let differs = |plane: &DifferencePlane| map.zip(other) == Some(plane.made_of);
+        let differs = self.known.differences.as_ref().is_some_and(differs);
         self.preparer.ask(Request {
             scene: Arc::clone(&self.scene),
             frame: self.frame,
@@ -281,6 +301,9 @@ impl FrameView {
                 contradicted: contradicted.clone(),
                 generation,
             }),
+            other: comparison
+                .filter(|_| !differs)
+                .map(|comparison| (Arc::clone(&comparison.other), comparison.matching.clone())),
             depth: wanted.depth && self.known.depth.is_none(),
         });
         self.wanted = Some(wanted);
@@ -333,6 +356,14 @@ impl FrameView {
         self.known.agreement.as_ref().filter(|_| self.known.map.is_some())
     }
 
+    /// Where the map differs from that of another project; `None` while that is not known, or not shown.
+    pub fn differences(&self) -> Option<&DifferencePlane> {
+        self.known
+            .differences
+            .as_ref()
+            .filter(|_| self.known.map.is_some())
+    }
+
     /// The objects that the map shows; those of the map before while the new ones are found.
     pub fn objects(&self) -> Option<&ObjectPlane> {
         self.known.objects.as_ref().filter(|_| self.known.map.is_some())
@@ -366,7 +397,14 @@ impl FrameView {
                     content.palette = palette.clone();
                 }
             }
-            Layer::Disagreement => content.over = self.agreement().map(agreement_over),
+            Layer::Disagreement => {
+                let plane = self.agreement();
+                content.over = plane.map(|plane| marks(plane.size, &plane.values, AGREEMENT));
+            }
+            Layer::Differences => {
+                let plane = self.differences();
+                content.over = plane.map(|plane| marks(plane.size, &plane.values, DIFFERENCES));
+            }
             Layer::Depth => content.over = self.depth().map(|(plane, _)| Over::depth(plane)),
             _ => {
                 if let Some(view) = self.field.view() {
@@ -381,12 +419,13 @@ impl FrameView {
     }
 }
 
-fn agreement_over(plane: &AgreementPlane) -> Over {
+/// What is marked in an image that is dimmed to grey.
+fn marks(size: [u32; 2], values: &Versioned<Arc<[u16]>>, reading: Reading) -> Over {
     Over {
-        size: plane.size,
-        texels: Texels::Made(Arc::clone(&plane.values)),
-        version: plane.values.version(),
-        reading: AGREEMENT,
+        size,
+        texels: Texels::Made(Arc::clone(values)),
+        version: values.version(),
+        reading,
         greyed: true,
     }
 }

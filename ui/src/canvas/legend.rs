@@ -1,8 +1,11 @@
 //! What the colours of a layer mean, in the lower left corner of its part of the canvas.
 
 use egui::{Color32, FontId, Mesh, Painter, Pos2, Rect, Role, Sense, Shape, Ui, WidgetInfo, pos2, vec2};
+use inplace_core::export::Difference;
+use inplace_core::scene::Frame;
+use inplace_model::comparison::Counts;
 use inplace_model::layer::Layer;
-use inplace_model::palette::{Agreement, PALETTE_COLUMNS, Table};
+use inplace_model::palette::{Agreement, PALETTE_COLUMNS, Table, difference_color};
 use inplace_model::workspace::Workspace;
 
 use super::field_view::FieldView;
@@ -81,7 +84,9 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
     let entropy_bar = || Row::Bar(Table::Entropy, ["sure", "unsure"].map(str::to_owned));
     match layer {
         Layer::Color => Vec::new(),
-        Layer::Labels | Layer::Objects | Layer::Entropy | Layer::Disagreement if shown.map().is_none() => {
+        Layer::Labels | Layer::Objects | Layer::Entropy | Layer::Disagreement | Layer::Differences
+            if shown.map().is_none() =>
+        {
             note("No labels to show yet")
         }
         Layer::Labels => class_rows(workspace, shown, most),
@@ -91,6 +96,7 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
         ),
         Layer::Entropy => vec![Row::Title(layer.name().to_owned()), entropy_bar()],
         Layer::Disagreement => agreement_rows(workspace, shown),
+        Layer::Differences => difference_rows(workspace, shown),
         Layer::Depth => depth_rows(shown).unwrap_or_else(|| match workspace.not_rendered.as_deref() {
             None if workspace.frame().is_some_and(|frame| frame.has_depth()) => note("One moment"),
             None if !workspace.has_ended() => note("No measured depth: it is being rendered"),
@@ -213,6 +219,37 @@ fn agreement_rows(workspace: &Workspace, shown: &FrameView) -> Vec<Row> {
     }
     rows.push(mark(Agreement::Agreed, "Labelled, and undisputed"));
     rows.push(Row::Swatch([86; 3], "Not labelled by hand or import".to_owned()));
+    rows
+}
+
+fn difference_rows(workspace: &Workspace, shown: &FrameView) -> Vec<Row> {
+    let Some(comparison) = &workspace.comparison else {
+        return vec![Row::Note("No project is compared with".to_owned())];
+    };
+    let mut rows = vec![Row::Title(format!("Compared with {}", comparison.other.name))];
+    if shown.differences().is_none() {
+        let is_keyframe = workspace.frame().is_some_and(Frame::is_keyframe);
+        let words = match is_keyframe {
+            true => "One moment",
+            false => "Only keyframes are compared",
+        };
+        rows.push(Row::Note(words.to_owned()));
+        return rows;
+    }
+    for (difference, words) in [
+        (Difference::Different, "Another class there"),
+        (Difference::Alone, "A class in only one of the two"),
+    ] {
+        let [r, g, b, _] = difference_color(difference);
+        rows.push(Row::Swatch([r, g, b], words.to_owned()));
+    }
+    let same = |counts: Option<Counts>| counts.and_then(|counts| counts.agreement()).map(numbers::percent);
+    if let Some(here) = same(comparison.of_frame(workspace.frame_index)) {
+        rows.push(Row::Note(match same(comparison.of_scene()) {
+            Some(all) => format!("Same class: {here} here, {all} in the scene"),
+            None => format!("Same class: {here} here"),
+        }));
+    }
     rows
 }
 

@@ -192,6 +192,13 @@ pub const AGREEMENT: Reading = Reading::Values {
     hole: None,
 };
 
+/// How a plane of differences is read.
+pub const DIFFERENCES: Reading = Reading::Values {
+    table: Table::Differences,
+    scale: 1.0,
+    hole: None,
+};
+
 /// The [`Agreement`] on every pixel of a map, as its number, row-major.
 ///
 /// A pixel of an imported image is contradicted where the map has another class. A pixel of a stroke counts as

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use inplace_core::labels::{ClassId, LabelSet, VOID};
+use inplace_core::export::ClassMatching;
+use inplace_core::labels::{ClassId, LabelSet, Pixel, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::session::FrameMap;
+use inplace_model::comparison::OtherLabels;
 use inplace_model::overview::Contradicted;
 use inplace_model::versioned::{Version, Versioned};
 
@@ -27,6 +29,8 @@ pub struct Request {
     pub visible: bool,
     /// What was said, to be compared with the map.
     pub said: Option<Said>,
+    /// Another project and which of its classes are the own ones, to be compared with the map.
+    pub other: Option<(Arc<OtherLabels>, Versioned<Arc<ClassMatching>>)>,
     /// Whether the frame's measured depth is wanted.
     pub depth: bool,
 }
@@ -53,6 +57,8 @@ pub enum Part {
     Visible(Version, Vec<(ClassId, u32)>),
     /// How the labels agree with a map.
     Agreement(AgreementPlane),
+    /// Where a map differs from another project's.
+    Differences(DifferencePlane),
     /// The measured depth of a frame; `None` where it has none.
     Depth(usize, Option<Versioned<DepthPlane>>),
 }
@@ -68,6 +74,28 @@ pub struct AgreementPlane {
     pub map: Version,
     /// Generation of the labels, and version of the contradicted strokes.
     pub said: (u64, Version),
+}
+
+/// Where a map differs from another project's, pixel for pixel.
+#[derive(Clone, Debug)]
+pub struct DifferencePlane {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Numbers of [`Difference`](inplace_core::export::Difference), row-major.
+    pub values: Versioned<Arc<[u16]>>,
+    /// The other project's classes, row-major.
+    pub other: Vec<ClassId>,
+    /// Versions of the map and of the matching of the classes.
+    pub made_of: (Version, Version),
+}
+
+impl DifferencePlane {
+    /// The other project's class of a pixel; `None` outside.
+    pub fn other_at(&self, [x, y]: Pixel) -> Option<ClassId> {
+        let [width, height] = self.size;
+        let index = y as usize * width as usize + x as usize;
+        (x < width && y < height).then(|| self.other[index])
+    }
 }
 
 /// The window's end of the thread: what is asked takes the place of what was asked before.
@@ -108,6 +136,7 @@ impl Worker<'_> {
             Self::picture,
             Self::look_up,
             Self::agreement,
+            Self::differences,
             Self::depth,
             Self::visible,
         ];
@@ -186,6 +215,25 @@ impl Worker<'_> {
             values: Versioned::new(values.into()),
             map: map.version(),
             said: (said.generation, said.contradicted.version()),
+        }))
+    }
+
+    fn differences(&mut self, request: &mut Request) -> Result<(), Gone> {
+        let (Some((other, matching)), Some(map), Some(_)) = (&request.other, &self.looked_up, &request.map)
+        else {
+            return Ok(());
+        };
+        let Some(other) = other.of_frame(map.frame) else {
+            return Ok(());
+        };
+        let own = map.labels();
+        let difference = |(&own, &other): (&ClassId, &ClassId)| matching.difference([own, other]) as u16;
+        let values: Arc<[u16]> = own.iter().zip(&other).map(difference).collect();
+        self.desk.tell(Part::Differences(DifferencePlane {
+            size: [map.width, map.height],
+            values: Versioned::new(values),
+            other,
+            made_of: (map.version(), matching.version()),
         }))
     }
 

@@ -67,9 +67,15 @@ pub fn below_menus(canvas: Rect, settings: &Settings) -> Rect {
     }
 }
 
-/// Draws the border with its handle and the menus of both sides; returns where nothing is to be drawn on the
+/// Draws the border with its handle and the menus of both sides; `compared` says whether the scene is compared with another
+/// project. Returns where nothing is to be drawn on the
 /// image.
-pub fn show(ui: &mut Ui, canvas: Rect, settings: &Settings, commands: &mut Commands) -> Vec<Rect> {
+pub fn show(
+    ui: &mut Ui,
+    canvas: Rect,
+    (settings, compared): (&Settings, bool),
+    commands: &mut Commands,
+) -> Vec<Rect> {
     if !settings.compare {
         return Vec::new();
     }
@@ -97,7 +103,7 @@ pub fn show(ui: &mut Ui, canvas: Rect, settings: &Settings, commands: &mut Comma
             continue;
         }
         ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
-            if let Some(layer) = layer_menu(ui, name, layer, MENU.x) {
+            if let Some(layer) = layer_menu(ui, name, (layer, compared), MENU.x) {
                 commands.push(command(layer));
             }
         });
@@ -160,11 +166,11 @@ fn paint(ui: &Ui, canvas: Rect, x: f32, active: bool) {
     }
 }
 
-/// A menu of the layers; returns the one that was chosen.
-pub fn layer_menu(ui: &mut Ui, name: &str, layer: Layer, width: f32) -> Option<Layer> {
+/// A menu of the layers, with that of differences where the scene is compared; returns the one that was chosen.
+pub fn layer_menu(ui: &mut Ui, name: &str, (layer, compared): (Layer, bool), width: f32) -> Option<Layer> {
     let mut chosen = None;
     let menu = choice_box(ui, name, width, layer.name(), |ui| {
-        for each in Layer::ALL {
+        for each in Layer::present(compared) {
             let entry = ui.selectable_label(each == layer, each.name());
             if entry.on_hover_text(each.explanation()).clicked() {
                 chosen = Some(each);

@@ -213,6 +213,9 @@ fn in_words(stem: &str, facts: &FrameFacts, most: f32) -> String {
     if facts.checked {
         words += ", checked";
     }
+    if let Some(agreement) = facts.compared.and_then(|counts| counts.agreement()) {
+        words += &format!(", {} as in the other project", numbers::percent(agreement));
+    }
     let map = match facts.summary {
         Some(summary) => {
             let unsure = numbers::unsure(summary.mean_entropy, most);
@@ -253,6 +256,7 @@ mod tests {
                 contradicted,
                 checked: contradicted > 0,
                 summary,
+                compared: None,
                 has_no_summary,
             };
             assert_eq!(in_words("rgb_3", &facts, 1.0), format!("Frame rgb_3: {words}"));

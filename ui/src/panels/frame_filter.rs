@@ -46,7 +46,8 @@ impl FrameFilterRow {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = crate::theme::GAP;
                 self.seek(ui, third, commands);
-                order(ui, third, frames.order, commands);
+                let compared = workspace.comparison.is_some();
+                order(ui, third, (frames.order, compared), commands);
             });
         });
     }
@@ -66,11 +67,11 @@ impl FrameFilterRow {
     }
 }
 
-fn order(ui: &mut Ui, most: f32, chosen: FrameOrder, commands: &mut Commands) {
+fn order(ui: &mut Ui, most: f32, (chosen, compared): (FrameOrder, bool), commands: &mut Commands) {
     let (width, text) = (most.min(124.0), order_text(chosen));
     choice_box(ui, "Order of the frames", width, text, |ui| {
-        for order in FrameOrder::ALL {
-            // The one in force, too: by uncertainty, that sorts anew.
+        for order in FrameOrder::present(compared) {
+            // The one in force, too: by what is known of the frames, that sorts anew.
             if ui.selectable_label(order == chosen, order_text(order)).clicked() {
                 commands.push(Command::OrderFrames(order));
             }
@@ -97,5 +98,6 @@ fn order_text(order: FrameOrder) -> &'static str {
     match order {
         FrameOrder::Capture => "In order",
         FrameOrder::Uncertainty => "Uncertain first",
+        FrameOrder::Difference => "Different first",
     }
 }

@@ -118,6 +118,9 @@ fn file(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands
     let labels = model.workspace().map(|workspace| workspace.document.labels());
     let imported = labels.is_some_and(|labels| labels.imported.is_some());
     menu.entry(imported, "Remove imported labels", Command::RemoveImported);
+    let compare = Dialog::Compare(String::new());
+    menu.entry(open, "Compare with...", Command::Show(Some(compare)));
+    menu.entry(model.is_compared(), "End comparison", Command::EndComparison);
     menu.ui.separator();
     menu.keyed(true, &table::SETTINGS);
     menu.ui.separator();
@@ -167,7 +170,7 @@ fn edit(ui: &mut Ui, model: &Model, commands: &mut Commands) {
 }
 
 fn view(ui: &mut Ui, model: &Model, commands: &mut Commands) {
-    for layer in Layer::ALL {
+    for layer in Layer::present(model.is_compared()) {
         let chosen = model.settings.layer == layer;
         if ui.radio(chosen, layer.name()).clicked() {
             commands.push(Command::ChooseLayer(layer));

@@ -31,6 +31,8 @@ struct Reading {
     pixel: Pixel,
     class: Option<Named>,
     runner_up: Option<Named>,
+    /// What the project that is compared with says there, while that is shown: its name, and the class.
+    other: Option<(String, Named)>,
     /// Entropy, as a share of that of an even guess among all classes.
     unsure: Option<f32>,
     /// In metres, and whether it is measured.
@@ -72,7 +74,10 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, frame: Option<&FrameView>, pixel
     for (index, cell) in cells.into_iter().enumerate() {
         let class = match index {
             1 => reading.class.as_ref(),
-            2 => reading.runner_up.as_ref(),
+            2 => {
+                let other = reading.other.as_ref().map(|(_, class)| class);
+                other.or(reading.runner_up.as_ref())
+            }
             _ => None,
         };
         let mut place = cell;
@@ -129,7 +134,7 @@ impl Reading {
                 probability,
             })
         };
-        let void = Named {
+        let void = || Named {
             name: "no class".to_owned(),
             color: VOID_COLOR,
             probability: None,
@@ -142,10 +147,22 @@ impl Reading {
         Self {
             pixel,
             class: answer.and_then(|answer| match answer.class {
-                VOID => Some(void),
+                VOID => Some(void()),
                 class => named(class, likely(answer)),
             }),
             runner_up: answer.and_then(|answer| named(answer.runner_up?, None)),
+            other: workspace.comparison.as_ref().and_then(|comparison| {
+                let other = &comparison.other;
+                let class = match other.class(frame.differences()?.other_at(pixel)?) {
+                    Some(class) => Named {
+                        name: class.name.clone(),
+                        color: class.color,
+                        probability: None,
+                    },
+                    None => void(),
+                };
+                Some((other.name.clone(), class))
+            }),
             unsure: answer
                 .filter(|answer| answer.class != VOID)
                 .map(|answer| answer.entropy / most),
@@ -163,7 +180,11 @@ impl Reading {
         match index {
             0 => Some(format!("{}, {}", self.pixel[0], self.pixel[1])),
             1 => self.class.as_ref().map(Named::words),
-            2 => self.runner_up.as_ref().map(|class| format!("or {}", class.name)),
+            // Both cannot stand there, and whoever compares wants to know this.
+            2 => match &self.other {
+                Some((project, class)) => Some(format!("{project}: {}", class.name)),
+                None => self.runner_up.as_ref().map(|class| format!("or {}", class.name)),
+            },
             3 => self.unsure.map(|unsure| numbers::unsure(unsure, 1.0)),
             _ => self.depth.map(|(depth, measured)| match measured {
                 true => numbers::metres(depth),
@@ -211,6 +232,7 @@ mod tests {
             pixel: [12, 30],
             class: Some(named("wall", Some(0.874))),
             runner_up: Some(named("floor", None)),
+            other: None,
             unsure: Some(0.312),
             depth: Some((2.306, true)),
             wins: None,
@@ -226,6 +248,9 @@ mod tests {
         );
         reading.class = Some(named("wall", Some(0.999)));
         assert!(reading.words().contains("99% wall"));
+        reading.runner_up = Some(named("floor", None));
+        reading.other = Some(("anna".to_owned(), named("rug", None)));
+        assert!(reading.words().contains("99% wall; anna: rug; 31% unsure"));
     }
 
     #[test]

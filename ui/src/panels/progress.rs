@@ -8,6 +8,7 @@ use inplace_model::{Command, Commands};
 
 use super::audit::AuditPart;
 use super::charted::{Axis, Charted, NUMBERS, Number};
+use super::comparison;
 use super::parts::{UNCERTAINTY_MEANS, card, facts, frames_done};
 use super::readiness::{Readiness, readiness};
 use crate::numbers;
@@ -42,6 +43,7 @@ impl ProgressPanel {
             numbers(ui, workspace);
             contradicted(ui, workspace, commands);
             ui.add_space(theme::GAP);
+            comparison::show(ui, workspace, commands);
             self.audit.show(ui, workspace, commands);
             ui.add_space(theme::GAP);
             self.charts(ui, workspace);

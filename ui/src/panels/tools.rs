@@ -48,7 +48,7 @@ pub fn show(ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Co
         }
         brush(ui, settings.brush, wordy, commands);
         ui.separator();
-        layers(ui, settings, (wordy, roomy), commands);
+        layers(ui, (settings, model.is_compared()), (wordy, roomy), commands);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
             if icon_button(ui, Icon::Fit, &FIT.named(ui.ctx())).clicked() {
@@ -81,9 +81,14 @@ fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, commands: &mut Commands) {
     ui.add_sized([40.0, 20.0], egui::Label::new(format!("{radius} px")));
 }
 
-fn layers(ui: &mut Ui, settings: &Settings, (wordy, roomy): (bool, bool), commands: &mut Commands) {
+fn layers(
+    ui: &mut Ui,
+    (settings, compared): (&Settings, bool),
+    (wordy, roomy): (bool, bool),
+    commands: &mut Commands,
+) {
     let width = if roomy { 152.0 } else { 88.0 };
-    if let Some(layer) = layer_menu(ui, "Layer", settings.layer, width) {
+    if let Some(layer) = layer_menu(ui, "Layer", (settings.layer, compared), width) {
         commands.push(Command::ChooseLayer(layer));
     }
     if icon_button_with(ui, Icon::Compare, &COMPARE.named(ui.ctx()), settings.compare).clicked() {

@@ -1,4 +1,5 @@
-//! Work in the background that takes a while, and what came of it: opening, exporting and importing.
+//! Work in the background that takes a while, and what came of it: opening, exporting, importing and reading a project to
+//! compare with.
 
 use egui::{Align2, Area, Id, Order, Ui, vec2};
 use inplace_core::export::Format;
@@ -16,7 +17,7 @@ pub fn show(ctx: &egui::Context, model: &Model, area: egui::Rect, commands: &mut
         .workspace()
         .is_some_and(|workspace| workspace.status.spreading_import);
     let importing = model.importing.is_some() || spreading;
-    if model.export.is_none() && !importing {
+    if model.export.is_none() && !importing && model.beginning_comparison.is_none() {
         return;
     }
     Area::new(Id::unique("work"))
@@ -30,6 +31,14 @@ pub fn show(ctx: &egui::Context, model: &Model, area: egui::Rect, commands: &mut
             }
             if importing {
                 note(ui, width, |ui| import(ui, model.importing.is_some(), commands));
+            }
+            if let Some(beginning) = &model.beginning_comparison {
+                note(ui, width, |ui| {
+                    let title = format!("Comparing with {}", beginning.name);
+                    if long_work(ui, &title, (None, &beginning.words), Some("Cancel comparison")) {
+                        commands.push(Command::CancelComparison);
+                    }
+                });
             }
         });
 }

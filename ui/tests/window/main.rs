@@ -6,6 +6,7 @@
 )]
 
 mod classes;
+mod comparison;
 mod files;
 mod hover;
 #[path = "../../src/tests.rs"]

@@ -94,6 +94,7 @@ fn every_control_of_the_start_page_of_an_open_scene_and_of_its_dialogs_has_a_nam
         Dialog::SaveAs(String::new()),
         Dialog::export(),
         Dialog::import(),
+        Dialog::Compare(String::new()),
         Dialog::SaveClasses(String::new()),
         Dialog::AddClasses(Box::new(AddClasses::new(0))),
         Dialog::Settings(None),

@@ -27,6 +27,11 @@ impl Model {
             Done::Kept(serial, project) => self.project_made(serial, *project),
             Done::Exported(progress) => self.exported(progress),
             Done::Imported(ticket, images) => self.imported(ticket, *images),
+            Done::ComparisonGoesOn(ticket, words) => self.comparison_goes_on(ticket, words),
+            Done::OtherRead(ticket, read) => self.other_read(ticket, *read),
+            Done::DifferencesCounted(serial, matching, counted) => {
+                self.differences_counted(serial, matching, counted);
+            }
             Done::Summarised(serial, made) => self.summarised(serial, made),
             Done::AuditDrawn(serial, audit) => self.audit_drawn(serial, audit),
             Done::PosesChecked(serial, problems) => self.poses_checked(serial, problems),

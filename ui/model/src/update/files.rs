@@ -21,7 +21,13 @@ impl Model {
             return;
         };
         let asks = match &self.state.dialog {
-            Some(Dialog::SaveAs(_) | Dialog::Export(_) | Dialog::Import { .. } | Dialog::Moved(_)) => true,
+            Some(
+                Dialog::SaveAs(_)
+                | Dialog::Export(_)
+                | Dialog::Import { .. }
+                | Dialog::Compare(_)
+                | Dialog::Moved(_),
+            ) => true,
             Some(Dialog::SaveClasses(_)) => purpose == Purpose::SaveClasses,
             Some(Dialog::AddClasses(_)) => purpose == Purpose::Classes,
             _ => false,

@@ -66,6 +66,7 @@ impl Model {
             ));
         }
         self.state.importing = None;
+        self.stop_beginning_comparison();
         // An export goes on: it has all that it needs.
         if !self.is_exporting() {
             self.state.export = None;
@@ -92,7 +93,7 @@ impl Model {
     }
 
     /// Threads of the worker's pool: as the command line says, as preferred, or all cores but one.
-    fn threads(&self) -> usize {
+    pub(crate) fn threads(&self) -> usize {
         let preferred = self.state.preferences.threads;
         let chosen = self
             .start
@@ -211,6 +212,7 @@ impl Model {
         };
         let ticket = self.begin(Target::Scene(workspace.scene.source.clone()));
         (self.state.dialog, self.state.importing) = (None, None);
+        self.stop_beginning_comparison();
         let (open, view) = (self.read, workspace.kept_view(&self.state.settings));
         self.start("open", move |_, _| {
             let history = workspace.document.history().clone();

@@ -168,6 +168,7 @@ impl Model {
             }
         }
         self.effects.extend(wake.map(Effect::WakeIn));
+        self.count_differences();
     }
 
     /// Maps were summed up.
