@@ -20,6 +20,11 @@ impl Trace {
         self.0.iter().rev().find(|line| line["event"] == event)
     }
 
+    /// How many events of a kind there are.
+    pub fn count(&self, event: &str) -> usize {
+        self.0.iter().filter(|line| line["event"] == event).count()
+    }
+
     /// How many strokes there are.
     pub fn strokes(&self) -> u64 {
         let labels = self.last("labels");

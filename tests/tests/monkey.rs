@@ -10,8 +10,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use inplace_core::labels::Stroke;
 use inplace_core::project::Project;
-use inplace_tests::{Hands, Small, TRACE, Window, number, projects_below, skip};
+use inplace_tests::{Hands, Small, TRACE, Window, contents_of, number, projects_below, skip};
 use rand::{Rng, SeedableRng, rngs::SmallRng, seq::IteratorRandom};
 
 const SECONDS: &str = "INPLACE_MONKEY_SECONDS";
@@ -27,11 +28,19 @@ const REST: Duration = Duration::from_secs(2);
 const STEP: Duration = Duration::from_millis(300);
 
 /// Keys that do something somewhere. No slash: whatever is typed as a path stays in the window's home.
-const KEYS: &str = "a b c d e f g l n p q s t v w x 0 1 2 3 5 9 Tab Tab Escape Escape Return Delete BackSpace space \
+const KEYS: &str = "a b c d e f g l m n o p q q r s t v w x y 0 1 2 3 5 9 Tab Tab Escape Escape Return Delete BackSpace space \
                     bracketleft bracketright Left Right Up Down F1 question Home End";
 const CONTROL_KEYS: &str = "z y s e o comma plus minus 0 a";
-/// Releases the buttons that may be held.
-const LET_GO: &str = "mouseup 1 mouseup 2 mouseup 3";
+/// Releases the buttons and keys that may be held.
+const LET_GO: &str = "mouseup 1 mouseup 2 mouseup 3 keyup ctrl keyup shift";
+/// A place of the menu bar without a menu: from there Tab goes from control to control.
+const BAR: &str = "mousemove 640 14";
+/// The menu File, and its entries that begin and end a comparison, on the screen.
+const FILE_MENU: &str = "mousemove 24 14 click 1";
+const COMPARE: &str = "mousemove 60 393 click 1";
+const END_COMPARISON: &str = "mousemove 60 429 click 1";
+/// Another project of the small capture, in the window's home.
+const OTHER: &str = "other.inplace";
 
 /// Moves the pointer to a place on the screen; two of three are on the frame in view.
 fn moved(random: &mut SmallRng) -> String {
@@ -46,6 +55,41 @@ fn one_of<'a>(words: &'a str, random: &mut SmallRng) -> &'a str {
     words.split(' ').choose(random).unwrap()
 }
 
+/// Presses the button at one place and lets it go at another.
+fn drag(hands: &Hands, button: u32, random: &mut SmallRng) {
+    hands.act(&format!("{} mousedown {button}", moved(random)));
+    for _ in 0..random.random_range(0..12) {
+        hands.act(&moved(random));
+    }
+    hands.act(&format!("mouseup {button}"));
+}
+
+/// Goes from control to control, and presses one.
+fn walk(hands: &Hands, random: &mut SmallRng) {
+    hands.act(BAR);
+    for _ in 0..random.random_range(1..60) {
+        hands.press("Tab");
+    }
+    hands.press(one_of("Return space", random));
+}
+
+/// Begins or ends a comparison with another project.
+fn compare(hands: &Hands, random: &mut SmallRng) {
+    for key in ["Escape", "Escape", "ctrl+0"] {
+        hands.press(key);
+    }
+    let begins = random.random_range(0..3) > 0;
+    for step in [FILE_MENU, if begins { COMPARE } else { END_COMPARISON }] {
+        std::thread::sleep(STEP);
+        hands.act(step);
+    }
+    if begins {
+        std::thread::sleep(STEP);
+        hands.act(&format!("key ctrl+a type {OTHER}"));
+        hands.press("Return");
+    }
+}
+
 /// One thing that a hand does, and a moment of rest.
 fn act(hands: &Hands, random: &mut SmallRng) {
     if random.random_range(0..8) == 0 {
@@ -53,24 +97,27 @@ fn act(hands: &Hands, random: &mut SmallRng) {
         hands.press("Escape");
         hands.press("Escape");
     }
-    match random.random_range(0..10) {
-        0..=3 => {
-            let button = [1, 1, 1, 2, 3][random.random_range(0..5)];
-            hands.act(&format!("{} mousedown {button}", moved(random)));
-            for _ in 0..random.random_range(0..12) {
-                hands.act(&moved(random));
-            }
-            hands.act(&format!("mouseup {button}"));
+    match random.random_range(0..120) {
+        0 => compare(hands, random),
+        1..=6 => walk(hands, random),
+        7..=14 => {
+            // With Ctrl a new object, with Shift a straight line.
+            let held = one_of("ctrl shift", random);
+            hands.act(&format!("keydown {held}"));
+            drag(hands, 1, random);
+            hands.act(&format!("keyup {held}"));
         }
-        4 => {
+        15..=18 => hands.act(&format!("{} click --repeat 2 --delay 40 1", moved(random))),
+        19..=54 => drag(hands, [1, 1, 1, 2, 3][random.random_range(0..5)], random),
+        55..=64 => {
             let wheel = random.random_range(4..6);
             hands.act(&moved(random));
             for _ in 0..random.random_range(1..4) {
                 hands.act(&format!("mousedown {wheel} mouseup {wheel}"));
             }
         }
-        5 => hands.press(&format!("ctrl+{}", one_of(CONTROL_KEYS, random))),
-        6 => hands.press(&format!("shift+{}", one_of("z n Tab 1", random))),
+        65..=74 => hands.press(&format!("ctrl+{}", one_of(CONTROL_KEYS, random))),
+        75..=84 => hands.press(&format!("shift+{}", one_of("z n Tab 1", random))),
         _ => hands.press(one_of(KEYS, random)),
     }
     std::thread::sleep(Duration::from_millis(15));
@@ -90,12 +137,28 @@ fn memory(process: u32) -> Option<f64> {
     Some(kilobytes / 1000.0)
 }
 
+/// Writes another project beside the capture: two classes and an object, and no maps.
+fn write_other(scene: &Path) {
+    let mut contents = contents_of(scene, None);
+    for (class, pixel) in [("wall", [5, 5]), ("chair", [30, 30])] {
+        let (id, _) = contents.history.add_class(class);
+        let click = Stroke::click(0, id, pixel);
+        if contents.history.add_object(click.clone(), &[]).is_none() {
+            contents.history.add_stroke(click);
+        }
+    }
+    drop(Project::create(&scene.with_file_name(OTHER), &contents).unwrap());
+}
+
 /// Opens the capture that the environment names, or a small one, and names classes through the class finder, so that
 /// there is something to label with.
 fn open(arguments: &[&str]) -> Result<(Window, Hands), String> {
     let write = |scene: &Path| match std::env::var_os(SCENE) {
         Some(own) => std::os::unix::fs::symlink(own, scene).unwrap(),
-        None => Small::get().write(scene),
+        None => {
+            Small::get().write(scene);
+            write_other(scene);
+        }
     };
     let window = Window::open(write, arguments)?;
     let hands = Hands::new(&window.screen);
@@ -137,6 +200,9 @@ fn random_input_breaks_and_loses_nothing() {
     assert!(!said.contains("panicked"), "{said}");
 
     if let Some(accepted) = accepted {
+        for event in ["compared", "audit", "exported"] {
+            println!("{event}: {}", window.trace().count(event));
+        }
         let file = newest_project(window.home.path()).unwrap();
         let (_, contents) = Project::open(&file).unwrap();
         let labels = contents.history.labels();

@@ -37,6 +37,9 @@ struct Seen {
     maps: Option<u64>,
     list: Option<u64>,
     place: Whereabouts,
+    compared: Option<String>,
+    /// Places of the audit, and how many of them are judged.
+    audit: Option<(usize, usize)>,
 }
 
 /// Where the person is among the suggestions.
@@ -83,6 +86,8 @@ impl Trace {
         };
         let workspace = model.workspace();
         let suggestions = workspace.map(Workspace::suggestions);
+        let comparison = workspace.and_then(|workspace| workspace.comparison.as_ref());
+        let audit = workspace.and_then(|workspace| workspace.auditing().audit.as_ref());
         let now = Seen {
             typing,
             exported: exported.cloned(),
@@ -95,6 +100,11 @@ impl Trace {
                 Mode::Away => Whereabouts::Away,
                 Mode::Looking(_) => Whereabouts::Looking,
                 Mode::At(index) => Whereabouts::At(index, suggestions.version),
+            }),
+            compared: comparison.map(|comparison| comparison.other.name.clone()),
+            audit: audit.map(|audit| {
+                let judged = audit.places.iter().filter(|place| place.verdict.is_some());
+                (audit.places.len(), judged.count())
             }),
         };
         if now == self.seen {
@@ -133,6 +143,14 @@ impl Trace {
                 let line = json!({ "generation": generation, "suggestions": list });
                 self.tell("suggestions", line);
             }
+        }
+        if before.compared != self.seen.compared {
+            self.tell("compared", json!({ "with": self.seen.compared }));
+        }
+        if let Some((places, judged)) = self.seen.audit
+            && before.audit != self.seen.audit
+        {
+            self.tell("audit", json!({ "places": places, "judged": judged }));
         }
         if before.exported != self.seen.exported
             && let Some(folder) = exported
