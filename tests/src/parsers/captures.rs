@@ -98,15 +98,27 @@ pub(super) const TRANSFORMS: Parser = Parser {
             write_color(&folder.join(name));
         }
         write_depth(&folder.join("d.png"));
+        link_images(&folder.join("images"));
     },
     check: |folder, bytes| check_files(folder, [fuzzing::TRANSFORMS], ["transforms.json"], [bytes]),
 };
+
+/// A link to the image `a.png` beside it, and one to nothing.
+fn link_images(folder: &Path) {
+    #[cfg(unix)]
+    for (name, target) in [("link.png", "a.png"), ("gone.png", "none.png")] {
+        std::os::unix::fs::symlink(target, folder.join(name)).expect("the temporary folder can be written");
+    }
+    #[cfg(not(unix))]
+    write_color(&folder.join("link.png"));
+}
 
 fn write_images(folder: &Path) {
     make(folder, &["images/sub", "sparse/0"]);
     for name in ["a.png", "b.png", "sub/a.png"] {
         write_color(&folder.join("images").join(name));
     }
+    link_images(&folder.join("images"));
 }
 
 /// The files of a model.

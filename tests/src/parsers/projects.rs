@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use inplace_core::field::{Preset, Trainer};
 use inplace_core::labels::{
-    History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, rasterise,
+    FoundObject, History, ImportedLabels, ImportedMap, LabelImages, LabelSet, Stroke, Trust, rasterise,
 };
 use inplace_core::project::{Contents, Journal, Opened, Project, SceneRecord, Step};
 use inplace_core::scene::{Frame, OpenOptions};
@@ -37,12 +37,18 @@ fn write_project(path: &Path) {
     history.add_stroke(Stroke::click(0, 1, [1, 1]));
     history.add_stroke(Stroke::polygon(1, 2, &[[2, 3], [9, 4], [5, 9]]));
     history.import(images(Trust::VOTES));
+    let (chair, _) = history.add_class("chair");
+    for pixel in [[20, 20], [40, 20]] {
+        history.add_object(Stroke::click(1, chair, pixel), &[]);
+    }
+    history.toggle_checked(1);
     history.add_stroke(Stroke::click(0, 2, [9, 9]));
     history.undo();
     let record = SceneRecord::of(&scene, OpenOptions::default());
     let map = FrameMap::new(0, 3, [64, 48], vec![1; 64 * 48], vec![100; 64 * 48]);
     let mut contents = Contents::new(record, history);
-    contents.view = Some("{}".to_owned());
+    let part = r#"{"object": {"id": 9, "class": 3, "name": "chair 3"}, "places": [[0, 1.5, 2]]}"#;
+    contents.view = Some(format!(r#"{{"parts": [{part}]}}"#));
     contents.maps = vec![Arc::new(map.expect("a value for each pixel"))];
     drop(Project::create(path, &contents).expect("a project can be written"));
     // Small pages make a small file.
@@ -64,6 +70,12 @@ fn check(path: &Path) {
         let frame = &contents.scene.frames[map.frame];
         assert_eq!([frame.width, frame.height], [map.width, map.height]);
     }
+    for part in contents.parts() {
+        assert!(
+            part.places.iter().flatten().all(|place| !place.is_nan()),
+            "{part:?}"
+        );
+    }
     let mut history = contents.history.clone();
     while history.undo().is_some() {}
     while history.redo().is_some() {}
@@ -80,8 +92,19 @@ fn check(path: &Path) {
     history.import(images(Trust::RIGHT));
     history.undo();
     let edit = history.add_stroke(Stroke::click(0, 1, [3, 4]));
+    let mut steps = vec![Step::Do(edit), Step::Undo, Step::Redo];
+    let listed: Vec<FoundObject> = history.labels().objects.iter().cloned().map(Into::into).collect();
+    if let [first, .., last] = &listed[..] {
+        let edits = [
+            history.merge_object(first, last),
+            history.rename_object(last, "another name"),
+            history.delete_object(last.object.id),
+            Some(history.toggle_checked(0)),
+        ];
+        steps.extend(edits.into_iter().flatten().map(Step::Do));
+    }
     // A spoilt file may refuse what is written.
-    if let Err(error) = project.record(&[Step::Do(edit), Step::Undo, Step::Redo]) {
+    if let Err(error) = project.record(&steps) {
         assert_sentence(&error.to_string());
     }
 }
@@ -117,7 +140,7 @@ pub(super) const DAMAGED: Parser = Parser {
                 contents,
             }) => {
                 assert_sentence(&sentence);
-                assert_eq!(contents.history.labels().strokes.len(), 3);
+                assert_eq!(contents.history.labels().strokes.len(), 5);
                 drop(project.expect("the folder can be written"));
                 let aside = folder.join("p-damaged.inplace");
                 assert_eq!(fs::read(&aside).expect("the file was put aside"), bytes);
@@ -153,15 +176,16 @@ pub(super) const MODEL: Parser = Parser::alone("model_state", |_, bytes| {
     assert_eq!(trainer.steps(), 0);
 });
 
-/// The lines of a stroke, an edit and a map's label image, with a zero byte after each of the first two.
+/// The lines of a stroke, an edit, the view and a map's label image, with a zero byte after each of the first three.
 pub(super) const ROWS: Parser = Parser {
     name: "project_rows",
     prepare: |folder| write_project(&folder.join("whole.inplace")),
     check: |folder, bytes| {
-        let mut parts = bytes.splitn(3, |&byte| byte == 0);
+        let mut parts = bytes.splitn(4, |&byte| byte == 0);
         let mut part = || parts.next().unwrap_or_default();
-        let (lines, edit, png) = (part(), part(), part());
-        let (Ok(lines), Ok(edit)) = (std::str::from_utf8(lines), std::str::from_utf8(edit)) else {
+        let (lines, edit, view, png) = (part(), part(), part(), part());
+        let texts = [lines, edit, view].map(std::str::from_utf8);
+        let [Ok(lines), Ok(edit), Ok(view)] = texts else {
             return;
         };
         let path = folder.join(NAME);
@@ -172,6 +196,7 @@ pub(super) const ROWS: Parser = Parser {
         let changed = file
             .execute("UPDATE stroke SET lines = ?1 WHERE id = 1", [lines])
             .and_then(|_| file.execute("UPDATE edit SET change = ?1 WHERE number = 2", [edit]))
+            .and_then(|_| file.execute("UPDATE project SET view = ?1", [view]))
             .and_then(|_| file.execute("UPDATE map SET labels = ?1", [png]));
         changed.expect("the project can be changed");
         drop(file);
