@@ -5,6 +5,7 @@ mod capture;
 mod depth;
 mod images;
 mod labels;
+mod objects;
 mod poses;
 mod rooms;
 mod session;
@@ -167,6 +168,7 @@ pub fn conditions() -> Vec<Condition> {
     all.extend(poses::conditions());
     all.extend(depth::conditions());
     all.extend(labels::conditions());
+    all.extend(objects::conditions());
     all.extend(session::conditions());
     all.extend(rooms::conditions());
     all

@@ -67,7 +67,7 @@ pub(super) fn conditions() -> Vec<Condition> {
 }
 
 /// Every frame's map, once all follow the newest labels.
-fn maps(course: &mut Course, frames: usize) -> Result<Vec<Vec<ClassId>>, EvalError> {
+pub(super) fn maps(course: &mut Course, frames: usize) -> Result<Vec<Vec<ClassId>>, EvalError> {
     course.all_maps()?;
     let maps = (0..frames).map(|frame| course.run.map(frame));
     let labels = maps.map(|map| map.map_or_else(Vec::new, |map| map.labels().into_owned()));
@@ -75,7 +75,7 @@ fn maps(course: &mut Course, frames: usize) -> Result<Vec<Vec<ClassId>>, EvalErr
 }
 
 /// Share of the pixels that have the same class in both.
-fn same(a: &[Vec<ClassId>], b: &[Vec<ClassId>]) -> f64 {
+pub(super) fn same(a: &[Vec<ClassId>], b: &[Vec<ClassId>]) -> f64 {
     let (mut same, mut all) = (0, 0);
     for (a, b) in a.iter().zip(b) {
         same += a.iter().zip(b).filter(|(a, b)| a == b).count();
@@ -85,7 +85,7 @@ fn same(a: &[Vec<ClassId>], b: &[Vec<ClassId>]) -> f64 {
 }
 
 /// A session that rests: the maps follow the labels and nothing else.
-fn resting(trial: &Trial, settings: &Settings, labels: &LabelSet) -> Result<Course, EvalError> {
+pub(super) fn resting(trial: &Trial, settings: &Settings, labels: &LabelSet) -> Result<Course, EvalError> {
     let mut course = trial.session(settings);
     course.settle(trial.seconds(settings))?;
     course.run.send(Command::Pause);

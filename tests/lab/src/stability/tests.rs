@@ -49,16 +49,17 @@ fn a_condition_brings_the_undisturbed_one_that_its_line_needs() {
 #[test]
 fn a_wall_of_two_halves_stands_what_keeps_it_whole() {
     let (_root, scene) = wall();
-    let names = "frames-shuffled frame-black edits-classes worker-dies far-origin";
+    let names =
+        "frames-shuffled frame-black objects-300 objects-contradictory edits-classes worker-dies far-origin";
     let chosen: Vec<Condition> = names.split(' ').map(named).collect();
     let outcomes = stability(&scene, &chosen, &settings(), 1, &mut |_, _| {}, &|_| {}).unwrap();
-    assert_eq!(outcomes.len(), 6, "the undisturbed scene is the first");
+    assert_eq!(outcomes.len(), 8, "the undisturbed scene is the first");
     for outcome in &outcomes {
         assert!(outcome.is_met(), "{outcome:?}");
     }
     let mut told = outcomes.iter().flat_map(|outcome| &outcome.told);
     assert!(told.any(|told| told.contains("labels are safe")));
-    assert_eq!(table(&outcomes).unwrap().lines().count(), 7);
+    assert_eq!(table(&outcomes).unwrap().lines().count(), 9);
 }
 
 #[test]

@@ -1,0 +1,116 @@
+//! Strokes that say which thing of its class they are on: very many, and ones that contradict each other.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rand::Rng;
+use rand::rngs::SmallRng;
+use rand::seq::IndexedRandom;
+
+use super::session::{maps, resting, same};
+use super::trial::{Measured, Settings, Trial};
+use super::{Condition, Line, Way};
+use crate::EvalError;
+use crate::simulate::{Annotator, Click};
+use inplace_core::labels::{LabelSet, Object, ObjectId, VOID};
+use inplace_core::semantics::SurfaceObjects;
+
+/// Objects of the many.
+const MANY: usize = 300;
+/// How far apart two clicks are that contradict each other, in pixels.
+const BESIDE: u32 = 4;
+
+pub(super) fn conditions() -> Vec<Condition> {
+    vec![
+        Condition::new(
+            "objects-300",
+            "300 random clicks, each on an object of its own: the lesser of the shares of pixels with the class that they have \
+             without objects, and of clicks that show their object",
+            "spreads objects along the paths of their classes, which stay as they are",
+            Line::Least(0.999),
+            Way::Course(many),
+        ),
+        Condition::new(
+            "objects-contradictory",
+            "a second click beside each says another object of the same thing: the lesser of the same shares",
+            "gives each click the part of the thing that is nearest to it; the class of the thing stays",
+            Line::Least(0.999),
+            Way::Course(contradictory),
+        )
+        .in_short(),
+    ]
+}
+
+fn many(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
+    let annotator = Annotator::new(&trial.scene, &trial.truth);
+    let clicks = (0..20 * MANY).filter_map(|_| {
+        let &frame = trial.truth.train.choose(rng)?;
+        let camera = &trial.scene.frames[frame].camera;
+        let pixel = [camera.width, camera.height].map(|size| rng.random_range(0..size));
+        annotator.answer(frame, pixel).filter(|click| click.class != VOID)
+    });
+    let clicks: Vec<Click> = clicks.take(MANY).collect();
+    told_apart(trial, settings, annotator.labels(&clicks))
+}
+
+fn contradictory(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, EvalError> {
+    let annotator = Annotator::new(&trial.scene, &trial.truth);
+    let mut clicks: Vec<Click> = Vec::new();
+    for stroke in trial.labels.strokes.values() {
+        let width = trial.scene.frames[stroke.frame].camera.width;
+        let Some([x, y]) = stroke.first_point() else {
+            continue;
+        };
+        // Beside it towards the middle of the image, where the same thing is there.
+        let beside = if x < width / 2 { x + BESIDE } else { x - BESIDE };
+        let pair = [[x, y], [beside, y]].map(|pixel| annotator.answer(stroke.frame, pixel));
+        let pair: Vec<Click> = pair.into_iter().flatten().collect();
+        if pair.len() == 2 && pair.iter().all(|click| click.class == stroke.class) {
+            clicks.extend(pair);
+        }
+    }
+    told_apart(trial, settings, annotator.labels(&clicks))
+}
+
+/// Labels a scene, then says with each of these strokes an object of its own; every class is one of things.
+fn told_apart(trial: &Trial, settings: &Settings, mut labels: LabelSet) -> Result<Measured, EvalError> {
+    for class in &mut labels.classes {
+        class.thing = true;
+    }
+    let frames = trial.scene.frames.len();
+    let mut course = resting(trial, settings, &labels)?;
+    let before = maps(&mut course, frames)?;
+    let mut told = BTreeMap::new();
+    for stroke in labels.strokes.values_mut() {
+        let stroke = Arc::make_mut(stroke);
+        stroke.object = ObjectId::new(labels.objects.len() as u16 + 1);
+        labels.objects.extend(stroke.object.map(|id| Object {
+            id,
+            class: stroke.class,
+            name: format!("object {}", id.number()),
+        }));
+        // A later stroke on the same pixel covers this one.
+        told.insert((stroke.frame, stroke.first_point()), stroke.object);
+    }
+    course.say(&labels);
+    let after = maps(&mut course, frames)?;
+    let shown = |frame: usize| {
+        let map = course.run.map(frame)?;
+        let (surface, posterior) = map.surface()?;
+        let listed = (labels.classes.as_slice(), labels.objects.as_slice());
+        let objects = SurfaceObjects::new(surface, posterior, listed, None);
+        Some(map.looked_up_with(Some(&objects)).into_owned())
+    };
+    let mut looked_up = BTreeMap::new();
+    let mut right = 0;
+    for (&(frame, point), &object) in &told {
+        let map = looked_up.entry(frame).or_insert_with(|| shown(frame)).as_ref();
+        let at = point.zip(map).and_then(|([x, y], map)| {
+            let index = (y * map.width + x) as usize;
+            ObjectId::new(*map.objects()?.get(index)?)
+        });
+        right += usize::from(at.is_some() && at == object);
+    }
+    let right = right as f64 / told.len().max(1) as f64;
+    Ok((right.min(same(&before, &after)), course.told()))
+}
