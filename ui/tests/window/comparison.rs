@@ -126,6 +126,7 @@ fn the_end_of_a_comparison_leaves_nothing_of_it() {
     window.key(Key::Escape);
 
     // Nor does a project that is closed while it is compared.
+    let folder = tempfile::tempdir().unwrap();
     let mut window = compared(folder.path());
     let project = folder.path().join("own.inplace");
     window.save_as(&project);
