@@ -96,12 +96,16 @@ impl SurfaceImport {
     }
 
     /// Weights of these classes at every node by votes, `[nodes, classes]`: probabilities times the weight of the
-    /// images, which is 1 for [`Trust::VOTES`](crate::labels::Trust::VOTES).
+    /// images, which is 1 for [`Trust::VOTES`](crate::labels::Trust::VOTES). `None` where nothing is voted for: the images
+    /// are trusted, or the label set has none of their classes.
     pub fn votes(&self, classes: &[ClassId]) -> Option<Vec<f32>> {
         let NodeAnswers::Votes(probabilities) = &self.on_nodes else {
             return None;
         };
-        let own = self.classes.len().max(1);
+        let own = self.classes.len();
+        if own == 0 {
+            return None;
+        }
         let columns: Vec<Option<usize>> = classes
             .iter()
             .map(|class| self.classes.iter().position(|own| own == class))

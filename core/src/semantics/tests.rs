@@ -155,6 +155,23 @@ fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
 }
 
 #[test]
+fn images_none_of_whose_classes_are_left_say_nothing() {
+    let scene = Arc::new(wall(5, 64, 48));
+    let mut history = halves();
+    import_plain(&mut history, 1, Trust::VOTES);
+    history.delete_class(1).unwrap();
+    history.add_stroke(Stroke::click(4, 2, [50, 30]));
+    let mut propagation = propagated(&scene, history.labels());
+    propagate(&mut propagation, &scene, history.labels());
+    assert!(propagation.has_import_of(history.labels()));
+    assert!(
+        shares(&propagation, &scene, 3, 2)
+            .iter()
+            .all(|&share| share > 0.99)
+    );
+}
+
+#[test]
 fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
     let mut scene = wall(5, 64, 48);
     // The border is at x = 0, where voxels end, and comes to lie within some.
