@@ -13,6 +13,8 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 const FRAMES: usize = 4;
 const SIZE: [u32; 2] = [64, 48];
+/// The class of things.
+const CHAIR: u16 = 1;
 /// Tells the child how many steps may wait for the disk: those that wait share a transaction.
 const BURST: &str = "INPLACE_TEST_BURST";
 /// How often the child is killed.
@@ -42,7 +44,13 @@ fn step(history: &mut History, sequence: u64) -> Step {
     let (one, other) = (object(), object());
     let edit: Option<Edit> = match random.random_range(0..20) {
         0..=5 => None,
-        6..=8 => history.add_object(click.clone(), &[]).map(|(_, edit)| edit),
+        6..=8 => {
+            let first = Stroke {
+                class: CHAIR,
+                ..click.clone()
+            };
+            history.add_object(first, &[]).map(|(_, edit)| edit)
+        }
         9 => one.and_then(|object| history.label_object(&object, click.clone())),
         10 => one.and_then(|object| history.rename_object(&object, &format!("object of step {sequence}"))),
         11 => one
