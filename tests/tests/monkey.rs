@@ -22,7 +22,7 @@ const SCENE: &str = "INPLACE_MONKEY_SCENE";
 const LONG: Duration = Duration::from_secs(600);
 /// What the memory may grow by from the second to the last quarter of a long run.
 const GROWTH: f64 = 1.1;
-/// After the last input: what was accepted is on the disk.
+/// After so long the window has caught up with the input, and what was accepted is on the disk.
 const REST: Duration = Duration::from_secs(2);
 /// Time that the window has to open what a key asks for.
 const STEP: Duration = Duration::from_millis(300);
@@ -64,27 +64,29 @@ fn drag(hands: &Hands, button: u32, random: &mut SmallRng) {
     hands.act(&format!("mouseup {button}"));
 }
 
-/// Goes from control to control, and presses one.
+/// Goes from control to control, forwards or backwards, and presses one.
 fn walk(hands: &Hands, random: &mut SmallRng) {
     hands.act(BAR);
-    for _ in 0..random.random_range(1..60) {
-        hands.press("Tab");
+    let to_the_next = one_of("Tab shift+Tab", random);
+    for _ in 0..random.random_range(1..40) {
+        hands.press(to_the_next);
     }
     hands.press(one_of("Return space", random));
 }
 
-/// Begins or ends a comparison with another project.
+/// Begins or ends a comparison with another project, once the window has caught up with the input.
 fn compare(hands: &Hands, random: &mut SmallRng) {
+    std::thread::sleep(REST);
     for key in ["Escape", "Escape", "ctrl+0"] {
         hands.press(key);
     }
     let begins = random.random_range(0..3) > 0;
     for step in [FILE_MENU, if begins { COMPARE } else { END_COMPARISON }] {
-        std::thread::sleep(STEP);
+        std::thread::sleep(2 * STEP);
         hands.act(step);
     }
     if begins {
-        std::thread::sleep(STEP);
+        std::thread::sleep(2 * STEP);
         hands.act(&format!("key ctrl+a type {OTHER}"));
         hands.press("Return");
     }
@@ -98,9 +100,9 @@ fn act(hands: &Hands, random: &mut SmallRng) {
         hands.press("Escape");
     }
     match random.random_range(0..120) {
-        0 => compare(hands, random),
-        1..=6 => walk(hands, random),
-        7..=14 => {
+        0..=1 => compare(hands, random),
+        2..=9 => walk(hands, random),
+        10..=14 => {
             // With Ctrl a new object, with Shift a straight line.
             let held = one_of("ctrl shift", random);
             hands.act(&format!("keydown {held}"));
