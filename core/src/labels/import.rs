@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use self::probabilities::{Array, ProbabilitiesError};
 use super::palette::{ClassListError, parse_class_list, parse_with_void};
 use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use crate::scene::{Frame, Scene, sampled, shown};
@@ -242,21 +243,14 @@ struct Reading<'a> {
 
 impl Reading<'_> {
     fn file(&self, path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, ImportError> {
-        let refused = |reason| ImportError::new(path, reason);
         if is_array(path) {
-            let array = probabilities::Array::read(path, frame, self.meaning.listed.as_ref());
-            let array = array.map_err(refused)?;
-            if !self.trust.is_right() {
-                let kept = array.on_grid(frame, self.most_cells).map_err(refused)?;
-                return Ok(ImportedMap::of_probabilities(index, kept));
-            }
-            let labels = array.labels().map_err(refused)?;
-            return Ok(ImportedMap::new(index, &placed(frame, array.size(), &labels)));
+            return self
+                .array(path, index, frame)
+                .map_err(|error| ImportError::new(path, error));
         }
         let bytes =
             fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
-        let image = image::LabelImage::decode(&bytes)
-            .map_err(|error| ImportError::new(path, format!("is no label image: {error}")))?;
+        let image = image::LabelImage::decode(&bytes).map_err(|error| ImportError::new(path, error))?;
         let size = [frame.image().width, frame.image().height];
         if !same_aspect(image.size, size) {
             return Err(ImportError::new(
@@ -270,6 +264,18 @@ impl Reading<'_> {
         let labels = image.classes(self.meaning);
         let labels = labels.map_err(|error| ImportError::new(path, error))?;
         Ok(ImportedMap::new(index, &placed(frame, image.size, &labels)))
+    }
+
+    fn array(&self, path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, ProbabilitiesError> {
+        let array = Array::read(path, frame, self.meaning.listed.as_ref())?;
+        if !self.trust.is_right() {
+            let kept = array.on_grid(frame, self.most_cells)?;
+            return Ok(ImportedMap::of_probabilities(index, kept));
+        }
+        Ok(ImportedMap::new(
+            index,
+            &placed(frame, array.size(), &array.labels()?),
+        ))
     }
 }
 

@@ -1,12 +1,13 @@
 //! The path of a camera that takes no pictures: poses in a capture's own coordinates.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use glam::DAffine3;
 use serde::Deserialize;
 
 use super::camera::image_size;
-use super::error::{refusal, refuse};
+use super::error::{CameraError, refusal, refuse};
 use super::files::MOST_PIXELS;
 use super::rgbd::text::{pose_of, read_intrinsics, read_text};
 use super::transforms::{Transforms, pose_of_open_gl};
@@ -55,15 +56,7 @@ impl Trajectory {
         let given = intrinsics.map(read_intrinsics).transpose()?;
         let text = read_text(path)?;
         let views = read_views(path, text.trim_start_matches('\u{feff}'))?;
-        let poses = views.iter().enumerate().map(|(number, view)| {
-            view.pose.as_ref().copied().map_err(|problem| {
-                refusal!(
-                    path,
-                    "pose {number} cannot be used: {problem}; each must be a rigid camera-to-world matrix"
-                )
-            })
-        });
-        let poses = poses.collect::<Result<_, _>>()?;
+        let poses = views.iter().map(|view| view.pose).collect();
         let camera = match given {
             Some(camera) => Some(camera),
             None => one_camera(path, views)?,
@@ -81,70 +74,80 @@ impl Trajectory {
     }
 }
 
-/// A place on the path, each part with what is wrong with it, if anything.
+/// A place on the path.
 struct View {
-    pose: Result<DAffine3, String>,
-    /// Where the file says it.
-    camera: Result<Option<Camera>, String>,
+    pose: DAffine3,
+    /// Where the file says it, or what is wrong with it.
+    camera: Result<Option<Camera>, CameraError>,
 }
 
 /// The views in the text of a file of any kind.
 fn read_views(path: &Path, text: &str) -> Result<Vec<View>, SceneError> {
+    let unusable = |number: usize, problem: &dyn Display| {
+        refusal!(
+            path,
+            "pose {number} cannot be used: {problem}; each must be a rigid camera-to-world matrix"
+        )
+    };
     if !text.trim_start().starts_with('{') {
-        let poses = replica::parse_poses(path, text)?;
-        let views = poses.iter().map(|(line, values)| View {
-            pose: pose_of(values).map_err(|problem| format!("{problem} (line {line})")),
-            camera: Ok(None),
+        let poses = replica::parse_poses(path, text)?.into_iter().enumerate();
+        let views = poses.map(|(number, (line, values))| {
+            let pose = pose_of(&values);
+            Ok(View {
+                pose: pose.map_err(|problem| unusable(number, &format_args!("{problem} (line {line})")))?,
+                camera: Ok(None),
+            })
         });
-        return Ok(views.collect());
+        return views.collect();
     }
     let file: PathFile = serde_json::from_str(text)
         .map_err(|error| refusal!(path, "is no list of poses ({error}); write the file anew"))?;
     let Some(places) = &file.camera_path else {
         let transforms = Transforms::parse(path, text.as_bytes())?;
-        let views = transforms.frames.iter().map(|entry| {
+        let views = transforms.frames.iter().enumerate().map(|(number, entry)| {
+            let pose = pose_of_open_gl(&entry.transform_matrix);
             let lens = transforms.size(entry).map(|size| transforms.lens(entry, size));
-            let camera = lens.transpose().map(|lens| lens.map(|(_, pinhole)| pinhole));
-            View {
-                pose: pose_of_open_gl(&entry.transform_matrix).map_err(|problem| problem.to_string()),
-                camera: camera.map_err(|problem| problem.to_string()),
-            }
+            Ok(View {
+                pose: pose.map_err(|problem| unusable(number, &problem))?,
+                camera: lens.transpose().map(|lens| lens.map(|(_, pinhole)| pinhole)),
+            })
         });
-        return Ok(views.collect());
+        return views.collect();
     };
     if places.is_empty() {
         refuse!(path, "its camera_path has no poses; add some and save it again");
     }
-    let views = places.iter().map(|place| {
+    let views = places.iter().enumerate().map(|(number, place)| {
         let rows: Vec<&[f64]> = place.camera_to_world.chunks(4).collect();
-        View {
-            pose: pose_of_open_gl(&rows).map_err(|problem| problem.to_string()),
-            camera: path_camera(&file, place).map_err(|problem| format!("{problem}; correct it")),
-        }
+        Ok(View {
+            pose: pose_of_open_gl(&rows).map_err(|problem| unusable(number, &problem))?,
+            camera: path_camera(&file, place),
+        })
     });
-    Ok(views.collect())
+    views.collect()
 }
 
 /// The camera of a view of nerfstudio's path: square pixels, the principal point in the middle.
-fn path_camera(file: &PathFile, view: &PathView) -> Result<Option<Camera>, String> {
+fn path_camera(file: &PathFile, view: &PathView) -> Result<Option<Camera>, CameraError> {
+    let unusable = |problem: String| Err(CameraError::NotGiven(format!("{problem}; correct it")));
     if let Some(kind) = file.camera_type.as_deref().filter(|&kind| kind != "perspective") {
         let kind: String = kind.escape_debug().take(40).collect();
-        return Err(format!("its camera_type is {kind}, not perspective"));
+        return unusable(format!("its camera_type is {kind}, not perspective"));
     }
     let (Some(width), Some(height), Some(fov)) = (file.render_width, file.render_height, view.fov) else {
         return Ok(None);
     };
     let Some(size) = image_size([width, height]) else {
-        return Err(format!("render_width x render_height is {width} x {height}"));
+        return unusable(format!("render_width x render_height is {width} x {height}"));
     };
     if !(fov > 0.0 && fov < 180.0) {
-        return Err(format!("a field of view (fov) is {fov} degrees"));
+        return unusable(format!("a field of view (fov) is {fov} degrees"));
     }
     let focal = 0.5 * height / (0.5 * fov.to_radians()).tan();
     let camera = Camera::checked(size, [focal, focal, 0.5 * width, 0.5 * height]);
     camera
         .map(Some)
-        .map_err(|problem| format!("with a field of view (fov) of {fov} degrees {problem}"))
+        .or_else(|problem| unusable(format!("with a field of view (fov) of {fov} degrees {problem}")))
 }
 
 /// The camera that all views have, if any.

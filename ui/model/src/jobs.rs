@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use inplace_core::guide::audit::Audit;
-use inplace_core::labels::{Class, LabelImages};
+use inplace_core::labels::{Class, ImportError, LabelImages};
+use inplace_core::project::ProjectError;
 use inplace_core::scene::{Scene, SceneSource};
 
 use crate::comparison::{Counted, NotCompared, OtherLabels};
@@ -36,29 +37,28 @@ pub enum Done {
     Picked(Purpose, Option<PathBuf>),
     /// What is kept about a scene was found; the number tells attempts apart.
     Prepared(u64, Box<Result<Prepared, Refusal>>),
-    /// A scene was fitted to what is kept about it; or a sentence about why it is not the scene of its
-    /// project.
-    Attached(u64, Arc<Scene>, Box<Result<Attached, String>>),
+    /// A scene was fitted to what is kept about it; or it is not the scene of its project.
+    Attached(u64, Arc<Scene>, Box<Result<Attached, ProjectError>>),
     /// A project file was made for the scene with this serial number.
     Kept(u64, Box<ProjectSession>),
     /// How an export goes.
     Exported(ExportProgress),
-    /// The label images of the import with this number were read, or a sentence says what failed.
-    Imported(u64, Box<Result<LabelImages, String>>),
     /// How the reading of the project with this number goes that is to be compared with, in words.
     ComparisonGoesOn(u64, String),
     /// The project with this number was read, or could not be.
     OtherRead(u64, Box<Result<OtherLabels, NotCompared>>),
     /// Maps of the scene with this serial number were compared by the classes of this version.
     DifferencesCounted(u64, Version, Counted),
+    /// The label images of the import with this number were read, or could not be.
+    Imported(u64, Box<Result<LabelImages, ImportError>>),
     /// Maps of the scene with this serial number were summed up.
     Summarised(u64, Vec<Summarised>),
     /// Places of the scene with this serial number were drawn, where anything is labelled.
     AuditDrawn(u64, Option<Box<Audit>>),
     /// What is probably wrong with the poses or cameras of the scene with this serial number, a sentence each.
     PosesChecked(u64, Vec<String>),
-    /// A class list was read, or a sentence says why not.
-    ClassesRead(Result<Vec<Class>, String>),
+    /// A class list was read, or could not be.
+    ClassesRead(Result<Vec<Class>, ImportError>),
     /// So many classes were written to this file.
     ClassesSaved(usize, PathBuf),
     /// A sentence about what failed.

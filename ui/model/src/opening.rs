@@ -62,7 +62,7 @@ pub struct Prepared {
     /// Whether all of the scene has to be read before it is shown.
     whole: bool,
     /// Why the work cannot be kept in `file`.
-    problem: Option<String>,
+    problem: Option<ProjectError>,
 }
 
 impl Prepared {
@@ -173,7 +173,7 @@ fn prepare_scene(source: SceneSource, open: OpenOptions, tools: &JobTools) -> Re
                 "{scene}: is open in another window, which keeps the work on it; go on there, or close it there first."
             )));
         }
-        Err(error) => problem = Some(error.to_string()),
+        Err(error) => problem = Some(error),
     }
     Ok(Prepared {
         source,
@@ -239,13 +239,13 @@ pub struct Attached {
 /// Fits what is kept to the opened scene, shows the kept maps, and starts the journal.
 ///
 /// # Errors
-/// A sentence about a scene that is not the one of its project.
+/// The scene is not the one of its project.
 pub fn attach(
     prepared: Prepared,
     scene: &Scene,
     maps: &MapSlots,
     wake: impl Fn() + Send + 'static,
-) -> Result<Attached, String> {
+) -> Result<Attached, ProjectError> {
     let Prepared {
         open,
         file,
@@ -261,10 +261,10 @@ pub fn attach(
         Some(Opened {
             project, contents, ..
         }) => match contents.matched(scene, open) {
-            Ok(contents) => Some((project.map_err(|error| error.to_string()), contents)),
-            Err(error) if named => return Err(format!("{error}.")),
+            Ok(contents) => Some((project, contents)),
+            Err(error) if named => return Err(error),
             Err(error) => {
-                problem = Some(error.to_string());
+                problem = Some(error);
                 None
             }
         },
@@ -278,8 +278,7 @@ pub fn attach(
         };
         (project, contents)
     });
-    let journal = project
-        .and_then(|project| Journal::start(project, &contents, wake).map_err(|error| error.to_string()));
+    let journal = project.and_then(|project| Journal::start(project, &contents, wake));
     let labels = contents.history.labels();
     if !named && labels.says_anything() {
         notes.push(recovered(labels));
@@ -310,26 +309,26 @@ pub fn attach(
 /// A project file with labels, and the session that goes on in it.
 ///
 /// # Errors
-/// A sentence about a file that cannot be written.
+/// A file that cannot be written.
 pub fn new_project(
     path: PathBuf,
     scene: &Scene,
     open: OpenOptions,
     history: History,
     wake: impl Fn() + Send + 'static,
-) -> Result<ProjectSession, String> {
+) -> Result<ProjectSession, ProjectError> {
     let contents = Contents::new(SceneRecord::of(scene, open), history);
     let project = create(&path, &contents)?;
-    let journal = Journal::start(project, &contents, wake).map_err(|error| error.to_string())?;
+    let journal = Journal::start(project, &contents, wake)?;
     Ok(ProjectSession::new(Some(journal), path, true))
 }
 
-fn create(file: &Path, contents: &Contents) -> Result<Project, String> {
+fn create(file: &Path, contents: &Contents) -> Result<Project, ProjectError> {
     if let Some(folder) = file.parent() {
         // A folder that cannot be made is told by the file that cannot be made in it.
         let _ = std::fs::create_dir_all(folder);
     }
-    Project::create(file, contents).map_err(|error| error.to_string())
+    Project::create(file, contents)
 }
 
 /// Work without a name of its own is there again.

@@ -212,7 +212,7 @@ impl FrameView {
                         self.unreadable.remove(&frame);
                         match picture {
                             Ok(picture) => drop(self.pictures.insert(frame, picture)),
-                            Err(reason) => drop(self.unreadable.insert(frame, reason)),
+                            Err(error) => drop(self.unreadable.insert(frame, error.to_string())),
                         }
                     }
                 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use inplace_core::export::ClassMatching;
 use inplace_core::labels::{ClassId, LabelSet, Pixel, VOID};
-use inplace_core::scene::Scene;
+use inplace_core::scene::{Scene, SceneError};
 use inplace_core::session::FrameMap;
 use inplace_model::comparison::OtherLabels;
 use inplace_model::overview::Contradicted;
@@ -49,8 +49,8 @@ pub struct Said {
 /// Something that is ready now.
 #[derive(Debug)]
 pub enum Part {
-    /// The image of a frame, or a sentence that says why its file cannot be read any more.
-    Picture(usize, Result<Arc<Picture>, String>),
+    /// The image of a frame, or why its file cannot be read any more.
+    Picture(usize, Result<Arc<Picture>, SceneError>),
     /// A map, looked up.
     Map(Versioned<Arc<FrameMap>>),
     /// The classes that the map with this version shows, with their pixels; void is not among them.
@@ -163,10 +163,7 @@ impl Worker<'_> {
         let Some(frame) = request.scene.frames.get(index) else {
             return Ok(());
         };
-        let picture = match frame.pixels() {
-            Ok(pixels) => Ok(Arc::new(Picture::new(&pixels.color))),
-            Err(error) => Err(error.to_string()),
-        };
+        let picture = frame.pixels().map(|pixels| Arc::new(Picture::new(&pixels.color)));
         self.desk.tell(Part::Picture(index, picture))
     }
 

@@ -2,14 +2,30 @@
 
 use std::io::Cursor;
 
-use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
+use ::png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
 use super::{BORDER, Meaning};
 use crate::labels::{ClassId, VOID};
-use crate::scene::{check_size, in_one_line};
+use crate::scene::{ImageError, check_size, in_one_line};
 
 /// The most bytes that the parts of a file that are not its pixels may take.
 const MOST_BYTES: usize = 64 << 20;
+
+/// Why a label image cannot be used: part of a sentence.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum LabelImageError {
+    #[error("is no label image: {}", in_one_line(.0))]
+    NoPng(#[from] DecodingError),
+    #[error("is no label image: {0}")]
+    Size(#[from] ImageError),
+    #[error("{problem} at column {column}, row {row}, {remedy}")]
+    Pixel {
+        problem: String,
+        column: usize,
+        row: usize,
+        remedy: &'static str,
+    },
+}
 
 /// A decoded label image.
 #[derive(Debug)]
@@ -28,19 +44,19 @@ impl LabelImage {
     /// Decodes a PNG of 1 to 16 bits a channel.
     ///
     /// # Errors
-    /// Why it is no label image: part of a sentence.
-    pub fn decode(png: &[u8]) -> Result<Self, String> {
+    /// Why it is no label image.
+    pub fn decode(png: &[u8]) -> Result<Self, LabelImageError> {
         let mut decoder = Decoder::new_with_limits(Cursor::new(png), Limits { bytes: MOST_BYTES });
         // Indices stay indices, and ids of few bits are not scaled up to gray values.
         decoder.set_transformations(Transformations::IDENTITY);
         decoder.set_ignore_text_chunk(true);
         decoder.set_ignore_iccp_chunk(true);
-        let mut reader = decoder.read_info().map_err(in_one_line)?;
+        let mut reader = decoder.read_info()?;
         let (width, height) = reader.info().size();
         let length = reader.output_buffer_size().unwrap_or(usize::MAX);
-        check_size((width, height), length as u64, png.len() as u64).map_err(|error| error.to_string())?;
+        check_size((width, height), length as u64, png.len() as u64)?;
         let mut bytes = vec![0; length];
-        let info = reader.next_frame(&mut bytes).map_err(in_one_line)?;
+        let info = reader.next_frame(&mut bytes)?;
         Ok(Self {
             size: [width, height],
             color: info.color_type,
@@ -53,8 +69,8 @@ impl LabelImage {
     /// The class of every pixel, row-major.
     ///
     /// # Errors
-    /// A pixel that is half transparent, or has a colour that is not that of one class: part of a sentence.
-    pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, String> {
+    /// A pixel that is half transparent, or has a colour that is not that of one class.
+    pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, LabelImageError> {
         let [width, height] = self.size.map(|side| side as usize);
         let channels = self.color.samples();
         let mut classes = Vec::with_capacity(width * height);
@@ -64,8 +80,11 @@ impl LabelImage {
             unpack(line, self.depth, &mut samples);
             for (column, pixel) in samples.chunks_exact(channels).take(width).enumerate() {
                 let class = self.class(pixel, meaning);
-                classes.push(class.map_err(|(problem, remedy)| {
-                    format!("{problem} at column {column}, row {row}, {remedy}")
+                classes.push(class.map_err(|(problem, remedy)| LabelImageError::Pixel {
+                    problem,
+                    column,
+                    row,
+                    remedy,
                 })?);
             }
         }

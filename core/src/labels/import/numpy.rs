@@ -1,5 +1,6 @@
 //! NumPy's files: an array in a `.npy`, or in a `.npz`, which is a ZIP of them. The format is NEP 1, versions 1 to 3.
 
+use std::fmt;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -17,6 +18,45 @@ const MOST_AXES: usize = 64;
 /// The most characters of a file that a message repeats.
 const REPEATED: usize = 120;
 
+/// Why a file is no array that can be read: part of a sentence.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum NumpyError {
+    #[error("cannot be read: {0}")]
+    Unreadable(#[from] std::io::Error),
+    #[error("is no NPZ file: {}", in_one_line(.0))]
+    NoZip(#[from] zip::result::ZipError),
+    #[error("holds {0} arrays; save one, the probabilities of its frame")]
+    Arrays(usize),
+    #[error("is no NumPy array; write it with numpy.save or numpy.savez")]
+    NoArray,
+    #[error("has a header that is not NumPy's: {}", repeated(.0))]
+    Header(String),
+    #[error("holds numbers of the kind {}; save probabilities as float16 or float32, and class ids as a PNG", repeated(.0))]
+    Numbers(String),
+    #[error("holds records instead of numbers; save float16 or float32 probabilities")]
+    Records,
+    #[error("has an array of the shape {0}, which has no values")]
+    NoValues(Shape),
+    #[error(
+        "has an array of the shape {0}, which is more than a gigabyte; save it as float16, or at a part of the frame's \
+         size"
+    )]
+    TooLarge(Shape),
+    #[error("has {0} data than its shape {1} says; write it anew")]
+    Length(&'static str, Shape),
+}
+
+/// Number of values along each axis, written as NumPy does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Shape(pub Vec<usize>);
+
+impl fmt::Display for Shape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let numbers: Vec<String> = self.0.iter().map(ToString::to_string).collect();
+        write!(f, "({})", numbers.join(", "))
+    }
+}
+
 /// What the header of an array says.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Header {
@@ -24,45 +64,38 @@ pub(super) struct Header {
     width: usize,
     /// Whether the first index runs fastest.
     fortran_order: bool,
-    /// Number of values along each axis.
-    pub shape: Vec<usize>,
+    pub shape: Shape,
 }
 
 impl Header {
     /// From one value to the next along each axis.
     pub fn strides(&self) -> Vec<usize> {
-        let mut strides = vec![1; self.shape.len()];
+        let Shape(shape) = &self.shape;
+        let mut strides = vec![1; shape.len()];
         let mut next = 1;
-        let mut axes: Vec<usize> = (0..self.shape.len()).collect();
+        let mut axes: Vec<usize> = (0..shape.len()).collect();
         if !self.fortran_order {
             axes.reverse();
         }
         for axis in axes {
             strides[axis] = next;
-            next *= self.shape[axis];
+            next *= shape[axis];
         }
         strides
     }
 
     /// Number of bytes of all values, of which there is at least one.
-    fn bytes(&self) -> Result<usize, String> {
-        if self.shape.contains(&0) {
-            return Err(format!(
-                "has an array of the shape {}, which has no values",
-                shape_text(&self.shape)
-            ));
+    fn bytes(&self) -> Result<usize, NumpyError> {
+        let Shape(shape) = &self.shape;
+        if shape.contains(&0) {
+            return Err(NumpyError::NoValues(self.shape.clone()));
         }
-        let product = self
-            .shape
+        let product = shape
             .iter()
             .try_fold(self.width, |product, &n| product.checked_mul(n));
-        product.filter(|&bytes| bytes <= MOST_BYTES).ok_or_else(|| {
-            format!(
-                "has an array of the shape {}, which is more than a gigabyte; save it as float16, or at a part of \
-                 the frame's size",
-                shape_text(&self.shape)
-            )
-        })
+        product
+            .filter(|&bytes| bytes <= MOST_BYTES)
+            .ok_or_else(|| NumpyError::TooLarge(self.shape.clone()))
     }
 }
 
@@ -89,68 +122,60 @@ impl Values {
 /// Reads the array of a file; `accept` has a look at its header before any value is read.
 ///
 /// # Errors
-/// What `accept` says, or a part of a sentence that says what is wrong.
-pub(super) fn read<T>(
+/// What `accept` says, or what is wrong with the file.
+pub(super) fn read<T, E: From<NumpyError>>(
     path: &Path,
-    accept: impl FnOnce(&Header) -> Result<T, String>,
-) -> Result<(T, Values), String> {
-    let file = BufReader::new(File::open(path).map_err(unreadable)?);
+    accept: impl FnOnce(&Header) -> Result<T, E>,
+) -> Result<(T, Values), E> {
+    let file = BufReader::new(File::open(path).map_err(NumpyError::from)?);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
         return read_array(file, accept);
     }
-    let broken = |error: zip::result::ZipError| format!("is no NPZ file: {}", in_one_line(error));
-    let mut archive = zip::ZipArchive::new(file).map_err(broken)?;
+    let mut archive = zip::ZipArchive::new(file).map_err(NumpyError::from)?;
     if archive.len() != 1 {
-        return Err(format!(
-            "holds {} arrays; save one, the probabilities of its frame",
-            archive.len()
-        ));
+        return Err(NumpyError::Arrays(archive.len()).into());
     }
-    read_array(archive.by_index(0).map_err(broken)?, accept)
+    read_array(archive.by_index(0).map_err(NumpyError::from)?, accept)
 }
 
-fn read_array<T>(
+fn read_array<T, E: From<NumpyError>>(
     mut file: impl Read,
-    accept: impl FnOnce(&Header) -> Result<T, String>,
-) -> Result<(T, Values), String> {
+    accept: impl FnOnce(&Header) -> Result<T, E>,
+) -> Result<(T, Values), E> {
     let header = read_header(&mut file)?;
     let length = header.bytes()?;
     let accepted = accept(&header)?;
     // No more is set aside than there is: the header of a damaged file may say anything.
     let mut bytes = Vec::new();
     let mut within = file.take(length as u64 + 1);
-    within.read_to_end(&mut bytes).map_err(unreadable)?;
+    within.read_to_end(&mut bytes).map_err(NumpyError::from)?;
     if bytes.len() != length {
         let than = if bytes.len() < length { "less" } else { "more" };
-        return Err(format!(
-            "has {than} data than its shape {} says; write it anew",
-            shape_text(&header.shape)
-        ));
+        return Err(NumpyError::Length(than, header.shape).into());
     }
     let width = header.width;
     Ok((accepted, Values { width, bytes }))
 }
 
-fn read_header(file: &mut impl Read) -> Result<Header, String> {
-    let no_array = || "is no NumPy array; write it with numpy.save or numpy.savez".to_owned();
+fn read_header(file: &mut impl Read) -> Result<Header, NumpyError> {
+    let no_array = |_| NumpyError::NoArray;
     let mut start = [0; 8];
-    file.read_exact(&mut start).map_err(|_| no_array())?;
+    file.read_exact(&mut start).map_err(no_array)?;
     let long = match start {
         [0x93, b'N', b'U', b'M', b'P', b'Y', 1, 0] => false,
         [0x93, b'N', b'U', b'M', b'P', b'Y', 2 | 3, 0] => true,
-        _ => return Err(no_array()),
+        _ => return Err(NumpyError::NoArray),
     };
     let mut length = [0; 4];
     let size = if long { 4 } else { 2 };
-    file.read_exact(&mut length[..size]).map_err(|_| no_array())?;
+    file.read_exact(&mut length[..size]).map_err(no_array)?;
     let length = u32::from_le_bytes(length) as usize;
     if length > LONGEST_HEADER {
-        return Err(no_array());
+        return Err(NumpyError::NoArray);
     }
     let mut text = vec![0; length];
-    file.read_exact(&mut text).map_err(|_| no_array())?;
-    let text = String::from_utf8(text).map_err(|_| no_array())?;
-    parse_header(&text)
+    file.read_exact(&mut text).map_err(no_array)?;
+    parse_header(&String::from_utf8(text).map_err(|_| NumpyError::NoArray)?)
 }
 
 /// A header's dictionary.
@@ -165,7 +190,7 @@ struct Dictionary {
 
 /// Reads a header, a Python dictionary: `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4, 5), }`. With the
 /// brackets, quotes and words of JSON, and without the last commas, it is an object of JSON.
-fn parse_header(text: &str) -> Result<Header, String> {
+fn parse_header(text: &str) -> Result<Header, NumpyError> {
     let mut json: String = text.split_whitespace().collect();
     for (python, own) in [
         ("'", "\""),
@@ -185,42 +210,25 @@ fn parse_header(text: &str) -> Result<Header, String> {
         shape,
     }) = dictionary.filter(|known: &Dictionary| known.shape.len() <= MOST_AXES)
     else {
-        return Err(format!("has a header that is not NumPy's: {}", repeated(text)));
+        return Err(NumpyError::Header(text.to_owned()));
     };
     let width = match descr.as_str() {
         Some("<f2") => 2,
         Some("<f4") => 4,
         Some("<f8") => 8,
-        Some(other) => {
-            return Err(format!(
-                "holds numbers of the kind {}; save probabilities as float16 or float32, and class ids as a PNG",
-                repeated(other)
-            ));
-        }
-        None => {
-            return Err("holds records instead of numbers; save float16 or float32 probabilities".to_owned());
-        }
+        Some(other) => return Err(NumpyError::Numbers(other.to_owned())),
+        None => return Err(NumpyError::Records),
     };
     Ok(Header {
         width,
         fortran_order,
-        shape,
+        shape: Shape(shape),
     })
 }
 
 /// A text of the file for a message: on one line, and its beginning where it is long.
 fn repeated(text: &str) -> String {
     in_one_line(text).chars().take(REPEATED).collect()
-}
-
-/// A shape as NumPy writes it.
-pub(super) fn shape_text(shape: &[usize]) -> String {
-    let numbers: Vec<String> = shape.iter().map(ToString::to_string).collect();
-    format!("({})", numbers.join(", "))
-}
-
-fn unreadable(error: std::io::Error) -> String {
-    format!("cannot be read: {error}")
 }
 
 #[cfg(test)]
@@ -236,9 +244,9 @@ mod tests {
         bytes
     }
 
-    fn values(bytes: &[u8]) -> Result<Vec<f32>, String> {
-        let (header, values) = read_array(bytes, |header| Ok(header.clone()))?;
-        Ok((0..header.shape.iter().product())
+    fn values(bytes: &[u8]) -> Result<Vec<f32>, NumpyError> {
+        let (header, values) = read_array(bytes, |header| Ok::<_, NumpyError>(header.clone()))?;
+        Ok((0..header.shape.0.iter().product())
             .map(|index| values.at(index))
             .collect())
     }
@@ -251,7 +259,7 @@ mod tests {
     #[test]
     fn headers_that_lie_or_are_unknown_are_refused_without_setting_memory_aside() {
         let refused = |header: &str, part: &str| {
-            let error = values(&npy(header, &[0; 64])).unwrap_err();
+            let error = values(&npy(header, &[0; 64])).unwrap_err().to_string();
             assert!(error.contains(part), "{error}");
             assert!(!error.contains(['\n', '\0']) && error.len() < 400, "{error:?}");
         };
@@ -277,7 +285,7 @@ mod tests {
         );
         refused(&header("<f4", &format!("({})", "1, ".repeat(65))), "not NumPy's");
         for bytes in [&b"PK"[..], b"\x93NUMPY\x02\x00\xff\xff\xff\xff"] {
-            assert!(values(bytes).unwrap_err().contains("no NumPy array"));
+            assert!(values(bytes).unwrap_err().to_string().contains("no NumPy array"));
         }
     }
 }

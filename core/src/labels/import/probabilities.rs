@@ -4,13 +4,54 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::numpy::{self, Header, Values, shape_text};
+use super::numpy::{self, Header, NumpyError, Shape, Values};
 use super::{ClassList, same_aspect};
 use crate::labels::{ClassId, Likeliest, Probabilities};
 use crate::scene::{Frame, sampled};
 
 /// Half floats are off by a thousandth, and sums of hundreds of them by more.
 const ROUNDING: f32 = 0.05;
+
+/// Why a file has no probabilities of its frame: part of a sentence.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum ProbabilitiesError {
+    #[error(transparent)]
+    File(#[from] NumpyError),
+    #[error("has an array of the shape {0}; save (classes, height, width) or (height, width, classes)")]
+    Axes(Shape),
+    #[error(
+        "has an array of the shape {0}, in which both the first and the last axis could be the classes; save it at \
+         another size"
+    )]
+    Ambiguous(Shape),
+    /// `classes` is their number with a space before it, where it is known.
+    #[error(
+        "has an array of the shape {shape}, which is not that of{classes} classes and a frame of {}x{} pixels; save \
+         (classes, height, width) or (height, width, classes) of the frame's aspect",
+        frame[0],
+        frame[1]
+    )]
+    NotOfFrame {
+        shape: Shape,
+        classes: String,
+        frame: [u32; 2],
+    },
+    #[error(
+        "has the value {0} at column {column}, row {row}, which is no probability; save what softmax makes of the \
+         network's scores",
+        column = .1[0],
+        row = .1[1]
+    )]
+    Value(f32, [u32; 2]),
+    #[error(
+        "has values at column {column}, row {row} that add up to {0:.2}; probabilities of one pixel add up to 1",
+        column = .1[0],
+        row = .1[1]
+    )]
+    Sum(f32, [u32; 2]),
+    #[error("has no values")]
+    Empty,
+}
 
 /// Class probabilities `[height, width, classes]` as a file has them.
 pub(super) struct Array {
@@ -33,12 +74,12 @@ impl Array {
     /// Reads the probabilities of a frame: of the listed classes, void among them or not, or of the ids from 1 on.
     ///
     /// # Errors
-    /// A part of a sentence that says what is wrong.
-    pub fn read(path: &Path, frame: &Frame, list: Option<&ClassList>) -> Result<Self, String> {
+    /// A file that has no such probabilities.
+    pub fn read(path: &Path, frame: &Frame, list: Option<&ClassList>) -> Result<Self, ProbabilitiesError> {
         let size = [frame.image().width, frame.image().height];
         let ((layout, classes), values) = numpy::read(path, |header| {
             let layout = Layout::of(header, size, list)?;
-            Ok((layout, classes_of(layout.channels, list)))
+            Ok::<_, ProbabilitiesError>((layout, classes_of(layout.channels, list)))
         })?;
         Ok(Self {
             layout,
@@ -53,26 +94,20 @@ impl Array {
     }
 
     /// What is kept of the probabilities at a place.
-    fn likeliest(&self, [column, row]: [u32; 2]) -> Result<Likeliest, String> {
+    fn likeliest(&self, place: [u32; 2]) -> Result<Likeliest, ProbabilitiesError> {
         let [across, down, deep] = self.layout.strides;
-        let start = column as usize * across + row as usize * down;
+        let start = place[0] as usize * across + place[1] as usize * down;
         let value = |channel: usize| self.values.at(start + channel * deep);
         let mut sum = 0.0;
         for channel in 0..self.classes.len() {
             let value = value(channel);
             if !(-1e-6..=1.0 + ROUNDING).contains(&value) {
-                return Err(format!(
-                    "has the value {value} at column {column}, row {row}, which is no probability; save what softmax \
-                     makes of the network's scores"
-                ));
+                return Err(ProbabilitiesError::Value(value, place));
             }
             sum += value;
         }
         if sum > 1.0 + ROUNDING {
-            return Err(format!(
-                "has values at column {column}, row {row} that add up to {sum:.2}; probabilities of one pixel add up \
-                 to 1"
-            ));
+            return Err(ProbabilitiesError::Sum(sum, place));
         }
         Ok(Likeliest::of(
             self.classes
@@ -85,8 +120,8 @@ impl Array {
     /// The likeliest class of every place, row-major.
     ///
     /// # Errors
-    /// Values that are no probabilities: a part of a sentence.
-    pub fn labels(&self) -> Result<Vec<ClassId>, String> {
+    /// Values that are no probabilities.
+    pub fn labels(&self) -> Result<Vec<ClassId>, ProbabilitiesError> {
         row_major(self.layout.size, |place| Ok(self.likeliest(place)?.class()))
     }
 
@@ -94,8 +129,8 @@ impl Array {
     /// at most so many cells.
     ///
     /// # Errors
-    /// Values that are no probabilities: a part of a sentence.
-    pub fn on_grid(&self, frame: &Frame, most_cells: usize) -> Result<Probabilities, String> {
+    /// Values that are no probabilities.
+    pub fn on_grid(&self, frame: &Frame, most_cells: usize) -> Result<Probabilities, ProbabilitiesError> {
         let (own, image) = (&frame.camera, frame.image());
         let (own, on_disk) = ([own.width, own.height], [image.width, image.height]);
         let size = grid(
@@ -114,17 +149,17 @@ impl Array {
             self.likeliest([0, 1].map(|axis| sampled(place[axis], on_disk[axis], self.layout.size[axis])))
         };
         let grid = Probabilities::new(size, own, row_major(size, cell)?);
-        grid.ok_or_else(|| "has no values".to_owned())
+        grid.ok_or(ProbabilitiesError::Empty)
     }
 }
 
 /// What is found at every column and row of a grid of this size, row-major; the rows in parallel.
 fn row_major<T: Clone + Send>(
     [width, height]: [u32; 2],
-    find: impl Fn([u32; 2]) -> Result<T, String> + Sync,
-) -> Result<Vec<T>, String> {
+    find: impl Fn([u32; 2]) -> Result<T, ProbabilitiesError> + Sync,
+) -> Result<Vec<T>, ProbabilitiesError> {
     let row = |row| (0..width).map(|column| find([column, row])).collect();
-    let rows: Result<Vec<Vec<T>>, String> = (0..height).into_par_iter().map(row).collect();
+    let rows: Result<Vec<Vec<T>>, ProbabilitiesError> = (0..height).into_par_iter().map(row).collect();
     Ok(rows?.concat())
 }
 
@@ -146,18 +181,15 @@ fn classes_of(channels: usize, list: Option<&ClassList>) -> Vec<ClassId> {
 
 impl Layout {
     /// Finds out which axis has the classes: the others have the frame's aspect.
-    fn of(header: &Header, frame: [u32; 2], list: Option<&ClassList>) -> Result<Self, String> {
-        let (mut shape, mut strides) = (header.shape.as_slice(), header.strides());
+    fn of(header: &Header, frame: [u32; 2], list: Option<&ClassList>) -> Result<Self, ProbabilitiesError> {
+        let (mut shape, mut strides) = (header.shape.0.as_slice(), header.strides());
         // A batch of one.
         while shape.len() > 3 && shape[0] == 1 {
             shape = &shape[1..];
             strides.remove(0);
         }
-        let text = shape_text(&header.shape);
         let (&[a, b, c], &[first, second, third]) = (shape, strides.as_slice()) else {
-            return Err(format!(
-                "has an array of the shape {text}; save (classes, height, width) or (height, width, classes)"
-            ));
+            return Err(ProbabilitiesError::Axes(header.shape.clone()));
         };
         let fits = |channels: usize, height: usize, width: usize, strides: [usize; 3]| {
             let size = [u32::try_from(width).ok()?, u32::try_from(height).ok()?];
@@ -175,18 +207,12 @@ impl Layout {
         let classes_last = fits(c, a, b, [second, first, third]);
         match (classes_first, classes_last) {
             (Some(layout), None) | (None, Some(layout)) => Ok(layout),
-            (Some(_), Some(_)) => Err(format!(
-                "has an array of the shape {text}, in which both the first and the last axis could be the classes; \
-                 save it at another size"
-            )),
-            (None, None) => {
-                let count = list.map_or_else(String::new, |list| format!(" {}", list.classes.len()));
-                Err(format!(
-                    "has an array of the shape {text}, which is not that of{count} classes and a frame of {}x{} \
-                     pixels; save (classes, height, width) or (height, width, classes) of the frame's aspect",
-                    frame[0], frame[1]
-                ))
-            }
+            (Some(_), Some(_)) => Err(ProbabilitiesError::Ambiguous(header.shape.clone())),
+            (None, None) => Err(ProbabilitiesError::NotOfFrame {
+                shape: header.shape.clone(),
+                classes: list.map_or_else(String::new, |list| format!(" {}", list.classes.len())),
+                frame,
+            }),
         }
     }
 }

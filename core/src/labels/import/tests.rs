@@ -320,7 +320,7 @@ fn fine_probabilities_are_thinned_out_to_what_memory_allows() {
     let root = tempfile::tempdir().unwrap();
     put(root.path(), "rgb_0.npy", &fixture("fine.npy"));
     let path = root.path().join("rgb_0.npy");
-    let array = probabilities::Array::read(&path, &scene.frames[0], None).unwrap();
+    let array = Array::read(&path, &scene.frames[0], None).unwrap();
     assert_eq!(array.size(), [16, 12]);
     // No finer than the frame.
     assert_eq!(array.on_grid(&scene.frames[0], 1000).unwrap().size(), [8, 6]);

@@ -1,6 +1,6 @@
 //! Classes of a data set or a file, to be added to a project.
 
-use inplace_core::labels::{Class, PALETTES};
+use inplace_core::labels::{Class, ImportError, PALETTES};
 
 /// Longer lists start without a tick: a person who wants all of them is rare.
 const TICKED_FROM_THE_START: usize = 40;
@@ -61,14 +61,14 @@ impl AddClasses {
         self.choose(self.source);
     }
 
-    /// Takes over what a file holds, or a sentence that says why it cannot be used.
-    pub fn take_file(&mut self, read: Result<Vec<Class>, String>) {
+    /// Takes over what a file holds, or why it cannot be used.
+    pub fn take_file(&mut self, read: Result<Vec<Class>, ImportError>) {
         if self.source == ClassSource::File {
             match read {
                 Ok(classes) => self.list(classes),
-                Err(sentence) => {
+                Err(error) => {
                     self.list(Vec::new());
-                    self.problem = Some(sentence);
+                    self.problem = Some(error.to_string());
                 }
             }
         }

@@ -17,6 +17,28 @@ const VERSION: u64 = 1;
 /// How long writing waits for the next change.
 const A_MOMENT: Duration = Duration::from_millis(400);
 
+/// Why the preferences are not read or kept: a sentence.
+#[derive(Debug, thiserror::Error)]
+enum StoreError {
+    #[error("Your preferences are not kept: a background thread could not be started ({0}).")]
+    NoThread(io::Error),
+    #[error("{}: your preferences cannot be read ({}); the window starts as it comes.", .0.display(), .1)]
+    Unreadable(PathBuf, io::Error),
+    #[error(
+        "{}: your preferences are damaged and were set aside as {}; the window starts as it comes.",
+        .0.display(), .1.display()
+    )]
+    Damaged(PathBuf, PathBuf),
+    #[error(
+        "{}: your preferences were written by a newer Inplace and were set aside as {}; update Inplace and put them \
+         back to have them again.",
+        .0.display(), .1.display()
+    )]
+    Newer(PathBuf, PathBuf),
+    #[error("{}: your preferences cannot be written ({}); they hold until the window is closed.", .0.display(), .1)]
+    Unwritable(PathBuf, io::Error),
+}
+
 /// Keeps the preferences in a file. Dropping it writes what is not written yet and waits for that.
 ///
 /// The file is written whole: of two windows, the one that writes last wins. Entries that this program does not know are
@@ -24,7 +46,7 @@ const A_MOMENT: Duration = Duration::from_millis(400);
 #[derive(Debug)]
 pub struct Store {
     changes: Option<Sender<Map<String, Value>>>,
-    problems: Receiver<String>,
+    problems: Receiver<StoreError>,
     writer: Option<JoinHandle<()>>,
     last: Preferences,
 }
@@ -49,9 +71,7 @@ impl Store {
         let writer = match thread.spawn(move || write_changes(&path, json, &inbox, &failures)) {
             Ok(writer) => Some(writer),
             Err(error) => {
-                let _ = problem_sender.send(format!(
-                    "Your preferences are not kept: a background thread could not be started ({error})."
-                ));
+                let _ = problem_sender.send(StoreError::NoThread(error));
                 None
             }
         };
@@ -82,7 +102,7 @@ impl Store {
 
     /// A sentence about what went wrong since the last call.
     pub fn problem(&self) -> Option<String> {
-        self.problems.try_recv().ok()
+        self.problems.try_recv().ok().map(|problem| problem.to_string())
     }
 
     /// Writes what is not written yet, and waits for that.
@@ -102,42 +122,29 @@ impl Drop for Store {
 }
 
 /// What the file says; empty where there is none.
-fn read(path: &Path) -> Result<Map<String, Value>, String> {
+fn read(path: &Path) -> Result<Map<String, Value>, StoreError> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Map::new()),
-        Err(error) => return Err(unreadable(path, &error)),
+        Err(error) => return Err(StoreError::Unreadable(path.to_path_buf(), error)),
     };
     let Ok(Value::Object(json)) = serde_json::from_slice(&bytes) else {
-        let aside = set_aside(path)?;
-        return Err(format!(
-            "{}: your preferences are damaged and were set aside as {}; the window starts as it comes.",
-            path.display(),
-            aside.display()
-        ));
+        return Err(StoreError::Damaged(path.to_path_buf(), set_aside(path)?));
     };
     if json
         .get("version")
         .and_then(Value::as_u64)
         .is_some_and(|version| version > VERSION)
     {
-        let aside = set_aside(path)?;
-        return Err(format!(
-            "{}: your preferences were written by a newer Inplace and were set aside as {}; update Inplace and put \
-             them back to have them again.",
-            path.display(),
-            aside.display()
-        ));
+        return Err(StoreError::Newer(path.to_path_buf(), set_aside(path)?));
     }
     Ok(json)
 }
 
-fn set_aside(path: &Path) -> Result<PathBuf, String> {
+fn set_aside(path: &Path) -> Result<PathBuf, StoreError> {
     let aside = path.with_extension("set-aside.json");
-    match fs::rename(path, &aside) {
-        Ok(()) => Ok(aside),
-        Err(error) => Err(unreadable(path, &error)),
-    }
+    fs::rename(path, &aside).map_err(|error| StoreError::Unreadable(path.to_path_buf(), error))?;
+    Ok(aside)
 }
 
 /// The writer's work, until nobody is left to change anything.
@@ -145,7 +152,7 @@ fn write_changes(
     path: &Path,
     mut json: Map<String, Value>,
     changes: &Receiver<Map<String, Value>>,
-    problems: &Sender<String>,
+    problems: &Sender<StoreError>,
 ) {
     json.insert("version".to_owned(), VERSION.into());
     let mut failing = false;
@@ -159,10 +166,7 @@ fn write_changes(
             Err(error) => {
                 if !failing {
                     // Told once; the owner may have gone.
-                    let _ = problems.send(format!(
-                        "{}: your preferences cannot be written ({error}); they hold until the window is closed.",
-                        path.display()
-                    ));
+                    let _ = problems.send(StoreError::Unwritable(path.to_path_buf(), error));
                 }
                 failing = true;
             }
@@ -183,14 +187,6 @@ fn write(path: &Path, json: &Map<String, Value>) -> io::Result<()> {
         let _ = fs::remove_file(&temporary);
     }
     written
-}
-
-/// The file cannot be read.
-fn unreadable(path: &Path, error: &io::Error) -> String {
-    format!(
-        "{}: your preferences cannot be read ({error}); the window starts as it comes.",
-        path.display()
-    )
 }
 
 #[cfg(test)]

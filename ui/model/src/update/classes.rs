@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use inplace_core::export::write_json;
-use inplace_core::labels::{AddedClasses, Class, ClassId, Stroke, read_class_list};
+use inplace_core::labels::{AddedClasses, Class, ClassId, ImportError, Stroke, read_class_list};
 
 use crate::class_view::ClassView;
 use crate::dialogs::{ClassFinder, ClassUse, Dialog};
@@ -138,13 +138,11 @@ impl Model {
     }
 
     pub(crate) fn read_classes(&mut self, path: PathBuf) {
-        self.start("classes", move |_, _| {
-            Done::ClassesRead(read_class_list(&path).map_err(|error| error.to_string()))
-        });
+        self.start("classes", move |_, _| Done::ClassesRead(read_class_list(&path)));
     }
 
     /// A class list was read for the dialog that adds classes.
-    pub(crate) fn classes_read(&mut self, read: Result<Vec<Class>, String>) {
+    pub(crate) fn classes_read(&mut self, read: Result<Vec<Class>, ImportError>) {
         if let Some(Dialog::AddClasses(dialog)) = &mut self.state.dialog {
             dialog.take_file(read);
         }

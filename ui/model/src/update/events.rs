@@ -22,7 +22,7 @@ impl Model {
             },
             Done::Attached(ticket, scene, attached) => match *attached {
                 Ok(attached) => self.show_workspace(ticket, scene, attached),
-                Err(sentence) => self.other_scene(ticket, &scene.source, sentence),
+                Err(error) => self.other_scene(ticket, &scene.source, format!("{error}.")),
             },
             Done::Kept(serial, project) => self.project_made(serial, *project),
             Done::Exported(progress) => self.exported(progress),
@@ -113,7 +113,9 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
-    use inplace_core::labels::History;
+    use std::path::Path;
+
+    use inplace_core::labels::{History, read_class_list};
     use inplace_core::scene::{Scene, SceneSource};
     use inplace_core::session::{self, MapSlots};
 
@@ -148,8 +150,9 @@ mod tests {
         model.state.stage = Stage::Open(Box::new(workspace));
         model.state.importing = Some(7);
         model.update(Input::Command(Command::CancelImport));
+        let late = read_class_list(Path::new("no such list")).unwrap_err();
         for done in [
-            Done::Imported(7, Box::new(Err("It came too late.".to_owned()))),
+            Done::Imported(7, Box::new(Err(late))),
             Done::PosesChecked(1, vec!["These poses are inverted.".to_owned()]),
             Done::PosesChecked(2, vec!["Another scene's are.".to_owned()]),
         ] {

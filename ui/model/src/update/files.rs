@@ -94,7 +94,7 @@ impl Model {
         self.start("save", move |tools, _| {
             match new_project(path, &scene, open, history, tools.waker()) {
                 Ok(project) => Done::Kept(serial, Box::new(project)),
-                Err(sentence) => Done::Failed(sentence),
+                Err(error) => Done::Failed(error.to_string()),
             }
         });
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use inplace_core::labels::{LabelImages, Trust, read_label_images};
+use inplace_core::labels::{ImportError, LabelImages, Trust, read_label_images};
 
 use crate::dialogs::ExportChoice;
 use crate::effect::Effect;
@@ -116,7 +116,7 @@ impl Model {
         self.state.importing = Some(ticket);
         self.start("import", move |_, _| {
             let images = read_label_images(&folder, &scene, &classes, trust);
-            Done::Imported(ticket, Box::new(images.map_err(|error| error.to_string())))
+            Done::Imported(ticket, Box::new(images))
         });
     }
 
@@ -127,15 +127,15 @@ impl Model {
     }
 
     /// Label images were read, or could not be; those of an import that was cancelled are dropped.
-    pub(crate) fn imported(&mut self, ticket: u64, images: Result<LabelImages, String>) {
+    pub(crate) fn imported(&mut self, ticket: u64, images: Result<LabelImages, ImportError>) {
         if self.state.importing != Some(ticket) {
             return;
         }
         self.state.importing = None;
         let images = match images {
             Ok(images) => images,
-            Err(sentence) => {
-                self.state.messages.error(sentence);
+            Err(error) => {
+                self.state.messages.error(error.to_string());
                 return;
             }
         };
