@@ -34,7 +34,7 @@ mod yolo;
 
 use std::path::Path;
 
-pub use comparison::{Agreement, ClassAgreement, ClassMatching, Difference, compare};
+pub use comparison::{Agreement, ClassAgreement, ClassMatching, Difference, Labelling, compare};
 pub use error::{ExportError, Refusal};
 pub use format::{Format, export};
 pub use ids::IdMap;

@@ -3,52 +3,39 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use inplace_core::export::{self, Agreement, LabelledScene};
-use inplace_core::labels::LabelSet;
+use inplace_core::export::{self, Agreement, Labelling};
 use inplace_core::project::Contents;
-use inplace_core::scene::Scene;
-use inplace_core::session::{FrameMap, Progress};
+use inplace_core::session::Progress;
 
-use super::run::{self, GENERATION};
 use super::{Failure, threads};
+use super::run::{self, GENERATION};
 use crate::arguments::{CompareArguments, TrainingArguments};
 
 /// The folder of the images that show where they differ.
 const DIFFERENCES: &str = "differences";
 
 /// A project with the maps that its export would have.
-struct Labelled {
-    scene: Arc<Scene>,
-    labels: LabelSet,
-    maps: Vec<Arc<FrameMap>>,
-}
-
-impl Labelled {
-    fn read(project: &Path, training: &TrainingArguments, progress: &Arc<Progress>) -> Result<Self, Failure> {
-        let contents = Contents::read(project)?;
-        let session = run::of_project(&contents, training, false);
-        let open = session.open;
-        let mut client = run::start(session, progress);
-        let scene = client.opened()?;
-        let contents = contents.matched(&scene, open)?;
-        for warning in contents.warnings.iter().chain(&scene.warnings) {
-            eprintln!("inplace: {warning}");
-        }
-        let labels = contents.history.labels().clone();
-        client.label(labels.clone(), GENERATION);
-        let maps = run::maps(&mut client)?;
-        Ok(Self { scene, labels, maps })
+fn read(
+    project: &Path,
+    training: &TrainingArguments,
+    progress: &Arc<Progress>,
+) -> Result<Labelling, Failure> {
+    let contents = Contents::read(project)?;
+    let session = run::of_project(&contents, training, false);
+    let open = session.open;
+    let mut client = run::start(session, progress);
+    let scene = client.opened()?;
+    let contents = contents.matched(&scene, open)?;
+    for warning in contents.warnings.iter().chain(&scene.warnings) {
+        eprintln!("inplace: {warning}");
     }
-
-    fn maps(&self) -> LabelledScene<'_> {
-        LabelledScene {
-            scene: &self.scene,
-            classes: &self.labels.classes,
-            objects: &self.labels.objects,
-            parts: &[],
-            maps: &self.maps,
-        }
-    }
+    let labels = contents.history.labels();
+    client.label(labels.clone(), GENERATION);
+    Ok(Labelling {
+        maps: run::maps(&mut client)?,
+        classes: labels.classes.clone(),
+        scene,
+    })
 }
 
 /// Labels every frame by each project, one after the other, compares the maps and prints.
@@ -57,12 +44,12 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
         export::prepare(out, &[DIFFERENCES])?;
     }
     let progress = Arc::new(Progress::default());
-    let first = Labelled::read(&arguments.first, &arguments.training, &progress)?;
-    let second = Labelled::read(&arguments.second, &arguments.training, &progress)?;
+    let first = read(&arguments.first, &arguments.training, &progress)?;
+    let second = read(&arguments.second, &arguments.training, &progress)?;
     progress.show("comparing");
     let differences = arguments.out.as_ref().map(|out| out.join(DIFFERENCES));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(&arguments.training));
-    let compare = || export::compare(first.maps(), second.maps(), differences.as_deref());
+    let compare = || export::compare(&first, &second, differences.as_deref());
     let agreement = pool.build()?.install(compare)?;
     drop(progress);
     if agreement.frames == 0 {

@@ -3,13 +3,15 @@
 use std::collections::HashMap;
 use std::io;
 use std::path::Path;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::{ExportError, LabelledScene, write};
+use super::{ExportError, write};
 use crate::labels::{Class, ClassId, png};
+use crate::scene::Scene;
 use crate::session::FrameMap;
 
 /// The pixels of a difference image: both say the same or nothing, one alone says something, they differ.
@@ -40,6 +42,17 @@ impl Difference {
             _ => Self::Different,
         }
     }
+}
+
+/// A scene with maps of its frames.
+#[derive(Clone, Debug)]
+pub struct Labelling {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Its classes.
+    pub classes: Vec<Class>,
+    /// One map for each frame, in any order.
+    pub maps: Vec<Arc<FrameMap>>,
 }
 
 /// How far two labellings agree. Shares and counts are of the pixels that both give a class.
@@ -183,11 +196,11 @@ impl ClassMatching {
 /// # Errors
 /// [`ExportError::Unwritable`].
 pub fn compare(
-    first: LabelledScene<'_>,
-    second: LabelledScene<'_>,
+    first: &Labelling,
+    second: &Labelling,
     folder: Option<&Path>,
 ) -> Result<Agreement, ExportError> {
-    let matching = ClassMatching::new([first.classes, second.classes]);
+    let matching = ClassMatching::new([&first.classes, &second.classes]);
     let in_second: HashMap<&str, &FrameMap> = second
         .maps
         .iter()
@@ -221,7 +234,6 @@ pub fn compare(
 #[cfg(test)]
 mod tests {
     use std::fs;
-    use std::sync::Arc;
 
     use super::super::testing::{HEIGHT, SIZE, WIDTH, scene};
     use super::*;
@@ -237,7 +249,7 @@ mod tests {
 
     #[test]
     fn classes_are_matched_by_name_and_pixels_that_one_leaves_void_do_not_count() {
-        let (scene, folder) = (scene(), tempfile::tempdir().unwrap());
+        let (scene, folder) = (Arc::new(scene()), tempfile::tempdir().unwrap());
         let first = [Class::new(1, "wall"), Class::new(2, "floor")];
         let second = [
             Class::new(7, "lamp"),
@@ -245,16 +257,14 @@ mod tests {
             Class::new(1, "floor"),
         ];
         // By name: wall wall, wall wall, floor floor, floor wall, wall lamp, wall void.
-        let maps = [maps(&[1, 1, 2, 2, 1, 1]), maps(&[2, 2, 1, 2, 7, VOID])];
-        let labelled = |classes, maps| LabelledScene {
-            scene: &scene,
-            classes,
-            objects: &[],
-            parts: &[],
+        let labelled = |classes: &[Class], maps| Labelling {
+            scene: Arc::clone(&scene),
+            classes: classes.to_vec(),
             maps,
         };
-        let pair = (labelled(&first, &maps[0]), labelled(&second, &maps[1]));
-        let agreement = compare(pair.0, pair.1, Some(folder.path())).unwrap();
+        let own = labelled(&first, maps(&[1, 1, 2, 2, 1, 1]));
+        let other = labelled(&second, maps(&[2, 2, 1, 2, 7, VOID]));
+        let agreement = compare(&own, &other, Some(folder.path())).unwrap();
         // Two frames, half of each.
         let pixels = u64::from(WIDTH * HEIGHT);
         assert_eq!((agreement.frames, agreement.pixels), (2, 2 * pixels));
@@ -275,12 +285,12 @@ mod tests {
         assert_eq!(image[..6], [SAME, SAME, SAME, DIFFERENT, DIFFERENT, ONE]);
         assert_eq!(image.last(), Some(&SAME));
 
-        let same = compare(pair.0, pair.0, None).unwrap();
+        let same = compare(&own, &own, None).unwrap();
         assert_eq!(
             (same.agreement, same.kappa, same.miou),
             (Some(1.0), Some(1.0), Some(1.0))
         );
-        let nothing = compare(pair.0, labelled(&second, &[]), None).unwrap();
+        let nothing = compare(&own, &labelled(&second, Vec::new()), None).unwrap();
         assert_eq!(
             (nothing.frames, nothing.agreement, nothing.kappa),
             (0, None, None)
