@@ -48,7 +48,7 @@ pub use nearest::NearestNodes;
 pub(crate) use nearest::NodeCells;
 pub use node_map::{NO_NODE, NodeMap};
 pub use novel_view::NovelViews;
-pub use objects::{KnownPart, SurfaceObject, SurfaceObjects, innermost};
+pub use objects::{KnownPart, SurfaceObjects, innermost};
 pub use places::{RayTargets, SoftTargets};
 pub(crate) use posterior::most_likely;
 pub use posterior::{CERTAIN, ENTROPY_STEPS_PER_NAT, Evidence, Posterior};

@@ -154,8 +154,7 @@ impl Objects {
         let known = !labelled.parts.is_empty();
         let before = known.then(|| SurfaceObjects::recalled(surface, labelled.parts));
         let first = SurfaceObjects::new(surface, posterior, told, before.as_ref());
-        let objects = first.objects.iter().map(|known| &known.object);
-        let things = objects.map(|object| ExportedObject {
+        let things = first.objects.iter().map(|object| ExportedObject {
             id: object.id.number(),
             class: ids.of(object.class),
             thing: true,

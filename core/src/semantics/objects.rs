@@ -24,17 +24,6 @@ const NEAR: f32 = 6.0;
 /// Places by which a part is found again, at most.
 const PLACES: usize = 16;
 
-/// An object on a surface.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SurfaceObject {
-    /// Its number, class and name.
-    pub object: Object,
-    /// Whether labels say it; otherwise it is a part that nothing joins to the others of its class.
-    pub is_told: bool,
-    /// Number of its nodes.
-    pub nodes: usize,
-}
-
 /// A part of a surface that was found before, and places on it by which it is found again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KnownPart {
@@ -48,7 +37,9 @@ pub struct KnownPart {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SurfaceObjects {
     /// Those that labels say first, in their order, and then the parts by their numbers.
-    pub objects: Vec<SurfaceObject>,
+    pub objects: Vec<Object>,
+    /// How many of them labels say.
+    told: usize,
     of_nodes: Vec<Option<ObjectId>>,
 }
 
@@ -89,12 +80,6 @@ impl SurfaceObjects {
             of_nodes[node as usize].is_none() && things.contains_key(&posterior.labels[node as usize])
         };
         let parts = parts(surface, posterior, &is_free);
-        let told_parts = told.iter().map(|object| SurfaceObject {
-            nodes: of_nodes.iter().filter(|own| **own == Some(object.id)).count(),
-            object: object.clone(),
-            is_told: true,
-        });
-        let mut objects: Vec<SurfaceObject> = told_parts.collect();
         let mut names: BTreeSet<String> = told.iter().map(|object| object.name.clone()).collect();
         let mut used: BTreeSet<ObjectId> = told.iter().map(|object| object.id).collect();
         let kept = before.map_or_else(BTreeMap::new, |before| before.kept_by(&parts, &used, &names));
@@ -126,15 +111,14 @@ impl SurfaceObjects {
             for &node in &part.nodes {
                 of_nodes[node as usize] = Some(object.id);
             }
-            free.push(SurfaceObject {
-                object,
-                is_told: false,
-                nodes: part.nodes.len(),
-            });
+            free.push(object);
         }
-        free.sort_by_key(|part| part.object.id);
-        objects.append(&mut free);
-        Self { objects, of_nodes }
+        free.sort_by_key(|object| object.id);
+        Self {
+            objects: [told, &free].concat(),
+            told: told.len(),
+            of_nodes,
+        }
     }
 
     /// The same objects on another surface of the scene, as one follows another while the geometry is learnt: a node there
@@ -143,7 +127,7 @@ impl SurfaceObjects {
         let class_of: FxHashMap<ObjectId, ClassId> = self
             .objects
             .iter()
-            .map(|known| (known.object.id, known.object.class))
+            .map(|object| (object.id, object.class))
             .collect();
         let nearest = NearestNodes::new(own);
         let reach = NEAR * own.voxel.max(other.voxel);
@@ -152,25 +136,17 @@ impl SurfaceObjects {
             (class_of.get(&object) == Some(label)).then_some(object)
         };
         let nodes = other.graph.nodes().iter().zip(&posterior.labels);
-        let of_nodes: Vec<Option<ObjectId>> = nodes.map(object).collect();
-        let mut counts: FxHashMap<ObjectId, usize> = FxHashMap::default();
-        for object in of_nodes.iter().flatten() {
-            *counts.entry(*object).or_default() += 1;
-        }
-        let objects = self.objects.iter().map(|known| SurfaceObject {
-            nodes: counts.get(&known.object.id).copied().unwrap_or(0),
-            ..known.clone()
-        });
         Self {
-            objects: objects.collect(),
-            of_nodes,
+            objects: self.objects.clone(),
+            told: self.told,
+            of_nodes: nodes.map(object).collect(),
         }
     }
 
     /// The objects with where the keyframes show them, and the strokes that lie on each of them with most of their pixels
     /// and name none.
     pub fn found(&self, surface: &Surface, labels: &LabelSet) -> Vec<FoundObject> {
-        let objects = self.objects.iter().map(|known| known.object.clone());
+        let objects = self.objects.iter().cloned();
         let mut found: BTreeMap<u16, FoundObject> = objects
             .map(|object| (object.id.number(), object.into()))
             .collect();
@@ -227,7 +203,7 @@ impl SurfaceObjects {
         }
         self.objects
             .iter()
-            .filter_map(|known| found.remove(&known.object.id.number()))
+            .filter_map(|object| found.remove(&object.id.number()))
             .collect()
     }
 
@@ -239,16 +215,15 @@ impl SurfaceObjects {
                 nodes_of.entry(*object).or_default().push(node);
             }
         }
-        let parts = self.objects.iter().filter(|known| !known.is_told);
-        let part = |known: &SurfaceObject| {
-            let nodes = nodes_of.get(&known.object.id)?;
+        let part = |object: &Object| {
+            let nodes = nodes_of.get(&object.id)?;
             let places = nodes.iter().step_by(nodes.len().div_ceil(PLACES));
             Some(KnownPart {
-                object: known.object.clone(),
+                object: object.clone(),
                 places: places.map(|node| node.position.to_array()).collect(),
             })
         };
-        parts.filter_map(part).collect()
+        self.objects[self.told..].iter().filter_map(part).collect()
     }
 
     /// What is left of the objects on a surface of the same scene where only these parts are known: the nodes nearest to their
@@ -256,20 +231,17 @@ impl SurfaceObjects {
     pub fn recalled(surface: &Surface, parts: &[KnownPart]) -> Self {
         let nearest = NearestNodes::new(surface);
         let mut of_nodes = vec![None; surface.graph.len()];
-        let recalled = |part: &KnownPart| {
+        for part in parts {
             let near = |place: &[f32; 3]| nearest.nearest(Vec3::from(*place), NEAR * surface.voxel);
-            let nodes: Vec<u32> = part.places.iter().filter_map(near).collect();
-            for &node in &nodes {
+            for node in part.places.iter().filter_map(near) {
                 of_nodes[node as usize] = Some(part.object.id);
             }
-            SurfaceObject {
-                object: part.object.clone(),
-                is_told: false,
-                nodes: nodes.len(),
-            }
-        };
-        let objects = parts.iter().map(recalled).collect();
-        Self { objects, of_nodes }
+        }
+        Self {
+            objects: parts.iter().map(|part| part.object.clone()).collect(),
+            told: 0,
+            of_nodes,
+        }
     }
 
     /// The object of a node, as far as there is such a node and it has one.
@@ -296,7 +268,7 @@ impl SurfaceObjects {
         let mut kept = BTreeMap::new();
         let mut taken: BTreeSet<ObjectId> = used.clone();
         for ((number, id), _) in pairs {
-            let own = self.objects.iter().map(|known| &known.object);
+            let own = self.objects.iter();
             let own =
                 own.filter(|object| object.class == parts[number].class && !names.contains(&object.name));
             let Some(object) = own.clone().find(|object| object.id == id) else {
@@ -389,8 +361,9 @@ mod tests {
 
     /// Number and name of the objects, and the number of nodes.
     fn told(objects: &SurfaceObjects) -> Vec<(u16, &str, usize)> {
+        let nodes = |id| objects.of_nodes.iter().filter(|own| **own == Some(id)).count();
         let all = objects.objects.iter();
-        all.map(|known| (known.object.id.number(), known.object.name.as_str(), known.nodes))
+        all.map(|object| (object.id.number(), object.name.as_str(), nodes(object.id)))
             .collect()
     }
 
@@ -465,7 +438,7 @@ mod tests {
             told(&named),
             [(1, "armchair", 100), (2, "chair 2", 100), (3, "chair 3", 100)]
         );
-        assert!(named.objects[0].is_told && !named.objects[1].is_told);
+        assert_eq!(named.told, 1);
     }
 
     #[test]
@@ -502,10 +475,10 @@ mod tests {
     fn objects_are_found_again_on_another_surface() {
         let (surface, other) = (squares(&[0.0, 2.0]), squares(&[2.01, 0.01, 9.0]));
         let classes = [Class::new(2, "chair"), Class::new(3, "table")];
-        let told = |surface: &Surface, labels: Vec<ClassId>| {
+        let of = |surface: &Surface, labels: Vec<ClassId>| {
             SurfaceObjects::new(surface, &posterior(labels), (&classes, &[]), None)
         };
-        let objects = told(&surface, vec![2; 200]);
+        let objects = of(&surface, vec![2; 200]);
         let labels = [vec![2; 150], vec![3; 50], vec![2; 100]].concat();
         let moved = objects.on(&surface, (&other, &posterior(labels)));
         assert_eq!([0, 99].map(|node| moved.of_node(node)), [objects.of_node(150); 2]);
@@ -515,10 +488,7 @@ mod tests {
             [None; 2],
             "another class, and nothing near"
         );
-        assert_eq!(
-            moved.objects.iter().map(|known| known.nodes).collect::<Vec<_>>(),
-            [50, 100]
-        );
+        assert_eq!(told(&moved), [(1, "chair 1", 50), (2, "chair 2", 100)]);
     }
 
     /// The wall with a click on each half, each as an object of one class.

@@ -127,7 +127,7 @@ impl SceneObjects {
         let listed = (labels.classes.as_slice(), labels.objects.as_slice());
         let objects = SurfaceObjects::new(surface, posterior, listed, before);
         Self {
-            entries: Entries::new(labels, objects.objects.iter().map(|known| &known.object)),
+            entries: Entries::new(labels, objects.objects.iter()),
             found: objects.found(surface, labels).into(),
             parts: objects.parts(surface).into(),
             objects,

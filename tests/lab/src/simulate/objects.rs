@@ -243,6 +243,7 @@ impl Run<'_> {
         let all = counts.scores(&|_| true);
         let of_things = counts.scores(&|class| things.contains(&class));
         let of_stuff = counts.scores(&|class| !things.contains(&class));
+        let on_nodes = (0..self.surface.graph.len() as u32).filter_map(|node| objects.of_node(node));
         let named = |scores: &SegmentScores| scores.iou.filter(|_| clicks_per_object > 0);
         let [good_80, good_85, good_90] = all.good.map(|share| (clicks_per_object > 0).then_some(share));
         Ok(ObjectPoint {
@@ -262,7 +263,7 @@ impl Run<'_> {
             sq_things: of_things.sq,
             rq_things: of_things.rq,
             pq_stuff: of_stuff.pq,
-            objects: objects.objects.iter().filter(|object| object.nodes > 0).count(),
+            objects: on_nodes.collect::<BTreeSet<ObjectId>>().len(),
             wall_s: labelling.as_secs_f64(),
         })
     }
