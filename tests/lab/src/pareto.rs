@@ -15,6 +15,7 @@ pub use curve::{Curve, Difference, Summary};
 
 use super::simulate::Baseline;
 use inplace_core::field::Preset;
+use inplace_core::session::TrainingEnd;
 
 /// A way to label a scene from clicks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,28 +63,6 @@ pub struct ParetoPoint {
     pub peak_mb: Option<f64>,
 }
 
-/// Why a session trained no more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Reason {
-    /// The held-out error had not fallen for a while.
-    ErrorNoLongerFalls,
-    /// All the steps were done that a scene with measured depth is given: there is little to find out.
-    DepthIsMeasured,
-    /// All the steps were done that a scene is given.
-    StepsAreDone,
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::ErrorNoLongerFalls => "the held-out error no longer falls",
-            Self::DepthIsMeasured => "depth is measured, and the few steps that this leaves to do are done",
-            Self::StepsAreDone => "all of its steps are done",
-        })
-    }
-}
-
 /// Where a session trained no more and all its maps were final.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stop {
@@ -92,7 +71,7 @@ pub struct Stop {
     /// Steps of training the field.
     pub steps: u64,
     /// Why.
-    pub reason: Reason,
+    pub reason: TrainingEnd,
 }
 
 /// What one method came to with one seed.

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Method, MethodRun, ParetoPoint, Part, Reason, Stop};
+use super::{Method, MethodRun, ParetoPoint, Part, Stop};
 use crate::learnt::{learn, pool, surface};
 use crate::simulate::baseline::{Task, published_course};
 use crate::simulate::{Annotator, Baseline, Click, Policy};
 use crate::{EvalError, SceneTruth};
 use inplace_core::export::peak_memory;
-use inplace_core::field::{Capacity, Preset, Trainer, Volume};
+use inplace_core::field::{Preset, Trainer};
 use inplace_core::labels::{ClassId, LabelSet};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{LabelPropagation, Surface};
@@ -39,11 +39,8 @@ struct Prepared {
     truth: SceneTruth,
     clicks: Vec<Click>,
     labels: LabelSet,
-    has_depth: bool,
     /// Whether there is a surface without a field.
     depth_is_complete: bool,
-    /// Steps of training the field at most; `None` of the published network.
-    steps: Option<u64>,
 }
 
 impl ParetoRun {
@@ -78,20 +75,11 @@ impl ParetoRun {
         let annotator = Annotator::new(&scene, &truth);
         let clicks = annotator.clicks(Policy::Random, self.clicks, options.seed);
         let labels = annotator.labels(&clicks);
-        let steps = match self.method {
-            Method::Preset(preset) if preset != Preset::Reference => {
-                let volume = Volume::around(&scene.bounds());
-                Some(Capacity::for_scene(&scene, &volume, preset)?.steps)
-            }
-            _ => None,
-        };
         Ok(Prepared {
-            has_depth: scene.has_depth(),
             depth_is_complete: SurfaceRefiner::is_complete(&scene),
             truth,
             clicks,
             labels,
-            steps,
         })
     }
 
@@ -124,11 +112,10 @@ impl ParetoRun {
             let wall_s = (begin - start - measuring).as_secs_f64();
             points.push(self.point(&scene, prepared, &run, wall_s)?);
             if settled {
-                let steps = run.status().steps;
-                let reason = reason(steps, prepared.steps, prepared.has_depth);
-                stop = Some(Stop {
+                let status = run.status();
+                stop = status.training_end.map(|reason| Stop {
                     wall_s,
-                    steps,
+                    steps: status.steps,
                     reason,
                 });
                 break;
@@ -277,17 +264,6 @@ fn megabytes(bytes: Option<u64>) -> Option<f64> {
     bytes.map(|bytes| bytes as f64 / 1e6)
 }
 
-/// Why training ended after so many of at most so many steps.
-fn reason(steps: u64, most: Option<u64>, has_depth: bool) -> Reason {
-    if most.is_some_and(|most| steps < most) {
-        Reason::ErrorNoLongerFalls
-    } else if has_depth {
-        Reason::DepthIsMeasured
-    } else {
-        Reason::StepsAreDone
-    }
-}
-
 fn ended(run: &Client, points: Vec<ParetoPoint>, stop: Option<Stop>) -> MethodRun {
     let map = run.map(0);
     let surface = map.as_deref().and_then(|map| map.surface());
@@ -297,17 +273,5 @@ fn ended(run: &Client, points: Vec<ParetoPoint>, stop: Option<Stop>) -> MethodRu
         stop,
         voxels: run.status().surface_nodes,
         bytes: size_of::<f32>() * run.status().parameters + graph,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_session_that_stops_before_its_last_step_was_told_to_by_the_held_out_error() {
-        assert_eq!(reason(4500, Some(12_000), false), Reason::ErrorNoLongerFalls);
-        assert_eq!(reason(12_000, Some(12_000), false), Reason::StepsAreDone);
-        assert_eq!(reason(2500, Some(2500), true), Reason::DepthIsMeasured);
     }
 }

@@ -121,7 +121,7 @@ impl Verdict {
         }
         let times: Vec<f64> = self.stops.iter().map(|own| own.stop.wall_s).collect();
         let (mean, deviation) = mean_and_deviation(&times);
-        let reasons = self.stops.iter().map(|own| own.stop.reason.to_string());
+        let reasons = self.stops.iter().map(|own| own.stop.reason.sentence());
         let reasons = Vec::from_iter(reasons.collect::<BTreeSet<_>>()).join("; ");
         let (count, seeds) = (self.stops.len(), self.seeds);
         format!("auto stopped after {mean:.1} s ({deviation:.1}), {count} of {seeds} runs: {reasons}")
