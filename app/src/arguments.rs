@@ -1,11 +1,10 @@
 //! The command line.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
+use inplace_core::arguments::{TrainingArguments, Wanted, image_size, number, seconds};
 use inplace_core::export::Format;
-use inplace_core::field::Preset;
 use inplace_core::labels::Trust;
 
 use crate::commands::Failure;
@@ -48,27 +47,6 @@ pub struct WindowArguments {
     pub trace: Option<PathBuf>,
     #[command(flatten)]
     pub training: TrainingArguments,
-}
-
-/// How a scene is read and learnt.
-#[derive(Clone, Copy, Debug, Default, Args)]
-pub struct TrainingArguments {
-    /// How much the field may model: auto, fast or accurate; or reference, the published Semantic-NeRF
-    /// network, which needs `label` with a --budget.
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = preset)]
-    pub preset: Preset,
-    /// Leave measured depth and sparse points aside.
-    #[arg(long)]
-    pub no_depth: bool,
-    /// Read images that a file of the capture names outside its folder.
-    #[arg(long)]
-    pub outside_files: bool,
-    /// Threads to train with [default: all cores, or all but one beside the window].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Seed of everything random.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
 }
 
 /// What can be done without the window.
@@ -211,23 +189,12 @@ pub struct CompareArguments {
     pub training: TrainingArguments,
 }
 
-fn preset(name: &str) -> Result<Preset, Failure> {
-    let known = [Preset::Auto, Preset::Fast, Preset::Accurate, Preset::Reference];
-    let named = known.into_iter().find(|preset| preset.name() == name);
-    named.ok_or_else(|| "use auto, fast, accurate or reference".into())
-}
-
 fn format(name: &str) -> Result<Format, Failure> {
     let known = Format::ALL.map(Format::name);
     Format::named(name).ok_or_else(|| format!("use {}", known.join(", ")).into())
 }
 
-/// A number that fits; otherwise what is wanted instead.
-fn number<T: FromStr>(text: &str, fits: impl FnOnce(&T) -> bool, wanted: &str) -> Result<T, Failure> {
-    text.parse().ok().filter(fits).ok_or_else(|| wanted.into())
-}
-
-fn share(text: &str) -> Result<f32, Failure> {
+fn share(text: &str) -> Result<f32, Wanted> {
     let fits = |share: &f32| (0.0..=1.0).contains(share);
     number(text, fits, "give a probability, from 0 to 1")
 }
@@ -237,24 +204,9 @@ fn trust(text: &str) -> Result<Trust, Failure> {
     trust.ok_or_else(|| "give a number from 0 to 1".into())
 }
 
-fn gigabytes(text: &str) -> Result<f64, Failure> {
+fn gigabytes(text: &str) -> Result<f64, Wanted> {
     let fits = |&size: &f64| size > 0.0 && size < 1e6;
     number(text, fits, "give a number of gigabytes above zero")
-}
-
-fn seconds(text: &str) -> Result<f64, Failure> {
-    let fits = |seconds: &f64| seconds.is_finite() && *seconds > 0.0;
-    number(text, fits, "give a number of seconds above zero")
-}
-
-fn image_size(text: &str) -> Result<(u32, u32), Failure> {
-    let size = text
-        .split_once('x')
-        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
-    match size {
-        Some((width @ 16..=8192, height @ 16..=8192)) => Ok((width, height)),
-        _ => Err("give width and height in pixels, such as 640x480, each from 16 to 8192".into()),
-    }
 }
 
 #[cfg(test)]

@@ -11,15 +11,13 @@ mod run;
 mod window;
 
 use std::error::Error;
-use std::thread::available_parallelism;
 use std::time::Instant;
 
+use inplace_core::arguments::TrainingArguments;
 use inplace_core::field::{Preset, best_device};
 use inplace_core::scene::demo::Shot;
-use inplace_core::scene::{OpenOptions, SceneSource};
-use inplace_core::session::SessionOptions;
 
-use crate::arguments::{Arguments, Command, TrainingArguments};
+use crate::arguments::{Arguments, Command};
 
 /// Any failure: one sentence that names the file and what to do.
 pub type Failure = Box<dyn Error + Send + Sync>;
@@ -55,12 +53,6 @@ pub fn run(arguments: Arguments, started: Instant) -> Result<(), Failure> {
     }
 }
 
-/// Threads to train with, without a window: as given, or all cores; 1 where their number cannot be found out.
-fn threads(training: &TrainingArguments) -> usize {
-    let cores = || available_parallelism().map_or(1, usize::from);
-    training.threads.map_or_else(cores, usize::from)
-}
-
 /// Refuses the published network where neither a budget nor a fast device bounds its training.
 fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(), Failure> {
     if training.preset == Preset::Reference && budget.is_none() && best_device()?.is_cpu() {
@@ -71,24 +63,4 @@ fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(
         );
     }
     Ok(())
-}
-
-fn open_options(training: &TrainingArguments) -> OpenOptions {
-    OpenOptions {
-        depth: !training.no_depth,
-        outside_files: training.outside_files,
-        ..OpenOptions::default()
-    }
-}
-
-fn session_options(training: &TrainingArguments, source: SceneSource) -> SessionOptions {
-    SessionOptions {
-        source,
-        open: open_options(training),
-        preset: training.preset,
-        threads: threads(training),
-        seed: training.seed,
-        views: false,
-        state: None,
-    }
 }

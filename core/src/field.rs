@@ -17,7 +17,7 @@ mod volume;
 
 pub use backend::{Backend, best_device};
 pub(crate) use capacity::median;
-pub use capacity::{Capacity, Preset};
+pub use capacity::{Capacity, Preset, UnknownPreset};
 pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 pub use model::RadianceField;
 pub(crate) use model::is_alike;

@@ -11,8 +11,12 @@
 //! - [`session`]: the background worker that keeps all of this going
 //! - [`project`]: the project file
 //! - [`export`]: label maps on disk
+//!
+//! With the feature `clap`, `arguments` has what several programs take on their command lines.
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "clap")]
+pub mod arguments;
 pub mod export;
 pub mod field;
 pub mod guide;
@@ -27,6 +31,11 @@ pub mod stereo;
 /// Target of the log's events whose sentence a person is told as well, in the window or by a command: a log beside
 /// that leaves them out.
 pub const TOLD: &str = "inplace::told";
+
+/// Number of cores; 1 where it cannot be found out.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
 
 /// Drops a value that takes its time about it, on a thread of its own. Where no thread can be started, it is dropped
 /// here, and the caller waits.

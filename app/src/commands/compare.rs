@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use inplace_core::arguments::TrainingArguments;
 use inplace_core::export::{self, Agreement, Labelling};
 use inplace_core::project::Contents;
 use inplace_core::session::Progress;
 
-use super::{Failure, threads};
+use super::Failure;
 use super::run::{self, GENERATION};
-use crate::arguments::{CompareArguments, TrainingArguments};
+use crate::arguments::CompareArguments;
 
 /// The folder of the images that show where they differ.
 const DIFFERENCES: &str = "differences";
@@ -48,7 +49,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let second = read(&arguments.second, &arguments.training, &progress)?;
     progress.show("comparing");
     let differences = arguments.out.as_ref().map(|out| out.join(DIFFERENCES));
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(&arguments.training));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.training.threads());
     let compare = || export::compare(&first, &second, differences.as_deref());
     let agreement = pool.build()?.install(compare)?;
     drop(progress);

@@ -13,7 +13,7 @@ use inplace_core::session::{Command, Measured, ModelState, Progress};
 
 use super::budget::Budget;
 use super::run::{self, GENERATION};
-use super::{Failure, threads};
+use super::Failure;
 use crate::arguments::ExportArguments;
 
 /// Wall time from the start to the last file written, in seconds, where depth was measured and nothing was learnt before.
@@ -186,7 +186,7 @@ fn render(
         return Err("this preset finds no surface whose labels could be seen; leave --preset away".into());
     };
     let training = &arguments.training;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(training));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(training.threads());
     let pool = pool.build()?;
     pool.install(|| {
         let trainer = model.field(scene, training.preset, training.seed)?;

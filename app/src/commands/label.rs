@@ -18,7 +18,7 @@ use serde_json::json;
 
 use super::budget::Budget;
 use super::run::{self, GENERATION};
-use super::{Failure, refuse_endless, session_options, threads};
+use super::{Failure, refuse_endless};
 use crate::arguments::LabelArguments;
 
 /// Where the labels come from; they are read when the scene is open.
@@ -68,7 +68,7 @@ fn with_images(labels: LabelSet, folder: &Path, trust: Trust, scene: &Scene) -> 
 pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let start = Instant::now();
     // Files are written on the threads of the pool that this runs in.
-    let threads = threads(&arguments.training);
+    let threads = arguments.training.threads();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let done = pool.install(|| label_unless_finished(arguments, start));
     if let Err(failure) = &done
@@ -265,7 +265,7 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
         }
     }
     let source = SceneSource::from_argument(&arguments.scene);
-    let mut options = session_options(&arguments.training, source);
+    let mut options = arguments.training.session_options(source);
     if let Some(gigabytes) = arguments.image_memory {
         options.open.image_bytes = (1e9 * gigabytes) as u64;
     }

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use inplace_core::arguments::TrainingArguments;
 use inplace_core::field::Preset;
 use inplace_core::project::Contents;
 use inplace_core::scene::Scene;
@@ -12,8 +13,6 @@ use inplace_core::session::{
 };
 
 use super::budget::Budget;
-use super::session_options;
-use crate::arguments::TrainingArguments;
 
 /// Generation of the labels: they never change here.
 pub(super) const GENERATION: u64 = 1;
@@ -22,7 +21,7 @@ const TICK: Duration = Duration::from_millis(50);
 
 /// The options of a session of a project, which goes on with its model, or takes that as it is where no views are rendered.
 pub(super) fn of_project(contents: &Contents, training: &TrainingArguments, views: bool) -> SessionOptions {
-    let mut session = session_options(training, contents.scene.source.clone());
+    let mut session = training.session_options(contents.scene.source.clone());
     session.open.depth &= contents.scene.depth;
     session.views = views;
     session.state = contents.model.clone().map(|model| Saved {

@@ -6,7 +6,7 @@ use std::time::Instant;
 use inplace_core::scene::SceneSource;
 use inplace_ui::{Target, UiError, UiOptions};
 
-use super::{Failure, label, open_options, refuse_endless};
+use super::{Failure, label, refuse_endless};
 use crate::arguments::{LabelArguments, WindowArguments};
 
 /// Where the demo's maps go when there is no display.
@@ -21,7 +21,7 @@ pub fn run(arguments: WindowArguments, demo: bool, started: Instant) -> Result<(
         } else {
             arguments.open.clone().map(Target::Path)
         },
-        read: open_options(&arguments.training),
+        read: arguments.training.open_options(),
         preset: arguments.training.preset,
         threads: arguments.training.threads.map(usize::from),
         seed: arguments.training.seed,

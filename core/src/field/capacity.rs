@@ -1,6 +1,7 @@
 //! How large a field a scene gets.
 
 use std::fmt;
+use std::str::FromStr;
 
 use candle_core::{Result, bail};
 use serde::{Deserialize, Serialize};
@@ -23,7 +24,24 @@ pub enum Preset {
     Reference,
 }
 
+/// A name that no preset has, with the names that there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("use auto, fast, accurate or reference")]
+pub struct UnknownPreset;
+
+impl FromStr for Preset {
+    type Err = UnknownPreset;
+
+    fn from_str(name: &str) -> std::result::Result<Self, Self::Err> {
+        let named = Self::ALL.into_iter().find(|preset| preset.name() == name);
+        named.ok_or(UnknownPreset)
+    }
+}
+
 impl Preset {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::Fast, Self::Accurate, Self::Reference];
+
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {

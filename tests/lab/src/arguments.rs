@@ -1,14 +1,13 @@
 //! The command line of the laboratory.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
+use inplace_core::arguments::{TrainingArguments, Wanted, image_size, number, seconds};
 use inplace_core::field::Preset;
 
 use crate::commands::Failure;
 use crate::paper::{EXPERIMENTS, FUSION};
-use crate::pareto::PRESETS;
 use crate::scale::Sweep;
 use crate::simulate::{Baseline, Policy};
 use crate::stability::conditions;
@@ -34,26 +33,6 @@ pub enum Command {
         #[command(subcommand)]
         what: Bench,
     },
-}
-
-/// How a scene is read and learnt.
-#[derive(Clone, Copy, Debug, Args)]
-pub struct TrainingArguments {
-    /// How much the field may model: auto, fast, accurate or reference, the published Semantic-NeRF network.
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = preset)]
-    pub preset: Preset,
-    /// Leave measured depth and sparse points aside.
-    #[arg(long)]
-    pub no_depth: bool,
-    /// Read images that a file of the capture names outside its folder.
-    #[arg(long)]
-    pub outside_files: bool,
-    /// Threads to train with [default: all cores].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Seed of everything random.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
 }
 
 /// A simulated annotator.
@@ -200,7 +179,12 @@ pub struct EngineArguments {
     #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "5,10,15,30,60", value_parser = seconds)]
     pub marks: Vec<f64>,
     /// What to train: auto, fast, accurate or reference, or several of them in turn.
-    #[arg(long = "preset", value_name = "NAME,...", value_delimiter = ',', default_value = "auto", value_parser = preset)]
+    #[arg(
+        long = "preset",
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "auto"
+    )]
     pub presets: Vec<Preset>,
     /// Train the default with all that teaches it, and without one part each, instead of presets.
     #[arg(long, conflicts_with = "presets")]
@@ -434,7 +418,12 @@ pub struct ParetoArguments {
     pub scenes: Vec<PathBuf>,
     /// What is measured in turn: fast, auto, accurate; and reference, the published network, which has maps at the
     /// last mark alone.
-    #[arg(long = "preset", value_name = "NAME,...", value_delimiter = ',', default_value = "fast,auto,accurate", value_parser = preset)]
+    #[arg(
+        long = "preset",
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "fast,auto,accurate"
+    )]
     pub presets: Vec<Preset>,
     /// Measure other methods on the same clicks too: the click nearest in a straight line (nearest), a joint network of
     /// positions (joint-mlp) and a pixel classifier (pixels), or some of them. They answer once.
@@ -496,11 +485,6 @@ fn by_name<T: Copy>(
     named.ok_or_else(|| advice.to_owned())
 }
 
-fn preset(name: &str) -> Result<Preset, String> {
-    let advice = "use auto, fast, accurate or reference";
-    by_name(&PRESETS, Preset::name, name, advice)
-}
-
 fn policy(name: &str) -> Result<Policy, String> {
     by_name(&Policy::ALL, Policy::name, name, "use guided, random or uniform")
 }
@@ -516,27 +500,9 @@ fn sweep(name: &str) -> Result<Sweep, String> {
     by_name(&Sweep::ALL, Sweep::name, name, &advice)
 }
 
-/// A number that fits; otherwise what is wanted instead.
-fn number<T: FromStr>(text: &str, fits: impl FnOnce(&T) -> bool, wanted: &str) -> Result<T, Failure> {
-    text.parse().ok().filter(fits).ok_or_else(|| wanted.into())
-}
-
-fn seconds(text: &str) -> Result<f64, Failure> {
-    let fits = |seconds: &f64| seconds.is_finite() && *seconds > 0.0;
-    number(text, fits, "give a number of seconds above zero")
-}
-
-fn seconds_or_none(text: &str) -> Result<f64, Failure> {
+fn seconds_or_none(text: &str) -> Result<f64, Wanted> {
     let fits = |seconds: &f64| (0.0..1e9).contains(seconds);
     number(text, fits, "give a number of seconds, zero or above")
-}
-
-fn image_size(text: &str) -> Result<(u32, u32), Failure> {
-    let parsed = |(width, height): (&str, &str)| Some((width.parse().ok()?, height.parse().ok()?));
-    match text.split_once('x').and_then(parsed) {
-        Some((width @ 16..=8192, height @ 16..=8192)) => Ok((width, height)),
-        _ => Err("give width and height in pixels, such as 640x480, each from 16 to 8192".into()),
-    }
 }
 
 /// One of these names; otherwise all of them.
@@ -557,7 +523,7 @@ fn condition(name: &str) -> Result<String, Failure> {
     among(name, conditions().iter().map(|condition| condition.name))
 }
 
-fn per_cent(text: &str) -> Result<f64, Failure> {
+fn per_cent(text: &str) -> Result<f64, Wanted> {
     let fits = |share: &f64| (0.0..=100.0).contains(share);
     number(text, fits, "give per cent, from 0 to 100")
 }

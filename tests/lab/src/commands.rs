@@ -19,14 +19,13 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
-use std::thread::available_parallelism;
 
+use inplace_core::cores;
 use inplace_core::export::{self, total_memory};
-use inplace_core::scene::{OpenOptions, SceneSource};
-use inplace_core::session::SessionOptions;
+use inplace_core::scene::SceneSource;
 use serde::de::DeserializeOwned;
 
-use crate::arguments::{Arguments, Bench, Command, TrainingArguments};
+use crate::arguments::{Arguments, Bench, Command};
 
 /// Any failure: one sentence that names the file and what to do.
 pub type Failure = Box<dyn Error + Send + Sync>;
@@ -72,31 +71,6 @@ fn begin(out: &Path, scenes: &[PathBuf]) -> Result<(), Failure> {
 fn counted(count: impl Into<u64>, thing: &str) -> String {
     let count = count.into();
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
-}
-
-/// Number of cores; 1 where it cannot be found out.
-fn cores() -> usize {
-    available_parallelism().map_or(1, usize::from)
-}
-
-fn open_options(training: &TrainingArguments) -> OpenOptions {
-    OpenOptions {
-        depth: !training.no_depth,
-        outside_files: training.outside_files,
-        ..OpenOptions::default()
-    }
-}
-
-fn session_options(training: &TrainingArguments, source: SceneSource, threads: usize) -> SessionOptions {
-    SessionOptions {
-        source,
-        open: open_options(training),
-        preset: training.preset,
-        threads: training.threads.map_or(threads, usize::from),
-        seed: training.seed,
-        views: false,
-        state: None,
-    }
 }
 
 /// Items of `all` that belong together, in the order in which the first of each comes.

@@ -36,9 +36,6 @@ impl Method {
     }
 }
 
-/// All presets.
-pub const PRESETS: [Preset; 4] = [Preset::Auto, Preset::Fast, Preset::Accurate, Preset::Reference];
-
 /// How good the maps of the test frames were after so much wall time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParetoPoint {

@@ -8,6 +8,7 @@ mod store;
 
 use std::collections::BTreeSet;
 
+use inplace_core::cores;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
@@ -186,11 +187,6 @@ impl Preferences {
 pub(crate) fn each<'a, Entry: Deserialize<'a>>(list: &'a Value) -> impl Iterator<Item = Entry> {
     let entries = list.as_array().into_iter().flatten();
     entries.filter_map(|entry| Entry::deserialize(entry).ok())
-}
-
-/// Number of cores.
-pub fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Threads of the worker's pool unless somebody chose otherwise: one core is the window's.

@@ -1,10 +1,11 @@
 //! What a person can choose once for all scenes: looks, threads, keys, hints.
 
 use egui::{Align, Event, Layout, RichText, ScrollArea, Slider, Ui};
+use inplace_core::cores;
 use inplace_model::dialogs::ChosenKey;
 use inplace_model::hints::Hint;
 use inplace_model::keymap::{KeyMap, Shortcut};
-use inplace_model::preferences::{PreferenceChange, Theme, cores, usual_threads};
+use inplace_model::preferences::{PreferenceChange, Theme, usual_threads};
 use inplace_model::{Command, Commands, Model};
 
 use super::form::{close, room};

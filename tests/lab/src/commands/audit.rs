@@ -4,7 +4,7 @@ use inplace_core::export;
 use inplace_core::scene::SceneSource;
 use inplace_core::session::Progress;
 
-use super::{Failure, begin, cores, session_options};
+use super::{Failure, begin};
 use crate::arguments::AuditArguments;
 use crate::page::{Page, known};
 use crate::table::csv;
@@ -23,8 +23,9 @@ pub fn run(arguments: &AuditArguments) -> Result<(), Failure> {
     for argument in &arguments.scenes {
         for &clicks in &arguments.clicks {
             for number in 0..arguments.seeds {
-                let mut options =
-                    session_options(&arguments.training, SceneSource::from_argument(argument), cores());
+                let mut options = arguments
+                    .training
+                    .session_options(SceneSource::from_argument(argument));
                 options.seed += number;
                 progress.show(format!(
                     "{}: {clicks} clicks, seed {}",

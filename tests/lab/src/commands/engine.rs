@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use crate::{PathSpeed, Quantity, Reached, RunPoint, TARGETS, Variant, path_speeds, training_run};
+use inplace_core::cores;
 use inplace_core::export::{self, peak_memory};
 use inplace_core::field::{Preset, Recipe};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::Progress;
 use serde_json::json;
 
-use super::{Failure, begin, cores, counted, grouped, processor};
+use super::{Failure, begin, counted, grouped, processor};
 use crate::arguments::EngineArguments;
 use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
 use crate::page::Page;

@@ -7,7 +7,7 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
-use super::{Failure, begin, cores, counted, grouped, session_options};
+use super::{Failure, begin, counted, grouped};
 use crate::arguments::FieldArguments;
 use crate::page::{Page, known};
 use inplace_core::session::Progress;
@@ -20,13 +20,13 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     begin(out, &arguments.scenes)?;
     let marks = marks(arguments);
-    let threads = arguments.training.threads.map_or(cores(), usize::from);
+    let threads = arguments.training.threads();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut points = Vec::new();
     for argument in &arguments.scenes {
         for run in 0..arguments.seeds {
             let source = SceneSource::from_argument(argument);
-            let mut session = session_options(&arguments.training, source, cores());
+            let mut session = arguments.training.session_options(source);
             session.seed = session.seed.wrapping_add(run);
             let seed = session.seed;
             let measured = pool.install(|| {

@@ -6,7 +6,7 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
-use super::{Failure, begin, cores, processor, session_options};
+use super::{Failure, begin, processor};
 use crate::arguments::LatencyArguments;
 use crate::page::Page;
 use inplace_core::session::Progress;
@@ -24,7 +24,7 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
     begin(out, &arguments.scenes)?;
     let mut measured = Vec::new();
     for argument in &arguments.scenes {
-        let options = session_options(training, SceneSource::from_argument(argument), cores());
+        let options = training.session_options(SceneSource::from_argument(argument));
         let progress = Progress::default();
         let clicks = (arguments.clicks.into(), arguments.objects.into());
         measured.push(click_latency(&options, clicks, &mut |what| {

@@ -9,7 +9,7 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
-use super::{Failure, begin, cores, grouped, open_options};
+use super::{Failure, begin, grouped};
 use crate::arguments::PaperArguments;
 use crate::mean;
 use crate::page::{Page, known};
@@ -23,11 +23,11 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
     }
     let out = &arguments.out;
     begin(out, &arguments.scenes)?;
-    let threads = training.threads.map_or(cores(), usize::from);
+    let threads = training.threads();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let open = |argument: &Path| -> Result<Arc<Scene>, Failure> {
         let source = SceneSource::from_argument(argument);
-        let scene = Scene::open(&source, open_options(training), &|_, _| {})?;
+        let scene = Scene::open(&source, training.open_options(), &|_, _| {})?;
         Ok(Arc::new(scene))
     };
     let taught_by = arguments.train_on.iter().map(|argument| open(argument));

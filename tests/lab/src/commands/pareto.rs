@@ -11,14 +11,16 @@ use crate::pareto::{
 };
 use crate::simulate::Baseline;
 use crate::table::csv;
+use inplace_core::arguments::TrainingArguments;
+use inplace_core::cores;
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 use serde::Serialize;
 use serde_json::json;
 
-use super::{Failure, begin, cores, in_own_process, session_options};
-use crate::arguments::{ParetoArguments, TrainingArguments};
+use super::{Failure, begin, in_own_process};
+use crate::arguments::ParetoArguments;
 use inplace_core::session::Progress;
 
 /// Sizes beside the chosen one.
@@ -163,7 +165,7 @@ fn measure(arguments: &ParetoArguments, run: &Run<'_>) -> Result<(), Failure> {
         seed: run.seed,
     };
     let run = ParetoRun {
-        session: session_options(&training, SceneSource::from_argument(run.scene), cores()),
+        session: training.session_options(SceneSource::from_argument(run.scene)),
         method: run.method,
         clicks: arguments.clicks.into(),
         marks,

@@ -3,10 +3,11 @@
 mod captures;
 
 use crate::scale::{Exponent, Measured, QUANTITIES, SECONDS, Setting, Sweep, USUAL, exponents, table};
+use inplace_core::cores;
 use inplace_core::export;
 use serde_json::json;
 
-use super::{Failure, cores, counted, grouped, processor};
+use super::{Failure, counted, grouped, processor};
 use crate::arguments::ScaleArguments;
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::page::{Page, known};

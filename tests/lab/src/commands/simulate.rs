@@ -11,7 +11,7 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 
-use super::{Failure, cores, counted, grouped, session_options};
+use super::{Failure, counted, grouped};
 use crate::arguments::SimulateArguments;
 use crate::page::{Page, known};
 use inplace_core::session::Progress;
@@ -27,7 +27,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     export::prepare(out, &[])?;
     let source = SceneSource::from_argument(&arguments.scene);
-    let session = session_options(&arguments.training, source, cores());
+    let session = arguments.training.session_options(source);
     let threads = session.threads;
     let progress = Progress::default();
     if arguments.objects {

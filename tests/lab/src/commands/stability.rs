@@ -8,7 +8,7 @@ use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 
-use super::{Failure, begin, cores, grouped, open_options, processor};
+use super::{Failure, begin, grouped, processor};
 use crate::arguments::StabilityArguments;
 use crate::page::Page;
 use inplace_core::session::Progress;
@@ -23,7 +23,7 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
     begin(out, &arguments.scenes)?;
     let settings = Settings {
         preset: training.preset,
-        threads: training.threads.map_or(cores(), usize::from),
+        threads: training.threads(),
         seed: training.seed,
         seconds: arguments.seconds,
         seconds_without_depth: arguments.seconds_without_depth,
@@ -40,7 +40,7 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
     let mut outcomes = Vec::new();
     for argument in &arguments.scenes {
         let source = SceneSource::from_argument(argument);
-        let scene = Arc::new(Scene::open(&source, open_options(training), &|_, _| {})?);
+        let scene = Arc::new(Scene::open(&source, training.open_options(), &|_, _| {})?);
         let progress = Progress::default();
         let mut begins = |name: &str, seed| {
             progress.show(format!("{}, seed {seed}: {name}", argument.display()));

@@ -1,10 +1,11 @@
 //! `inplace-lab bench stereo`: depth from colours alone, beside measured depth.
 
+use inplace_core::cores;
 use inplace_core::export;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::Progress;
 
-use super::{Failure, begin, cores};
+use super::{Failure, begin};
 use crate::arguments::StereoArguments;
 use crate::page::{Page, known};
 use crate::table::csv;

@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use inplace_core::cores;
 use inplace_core::scene::reprojection::Agreement;
 use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::session::SessionOptions;
@@ -18,7 +19,7 @@ use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::{Model, Opening, Stage};
 use crate::opening::{Attached, Prepared, Target, attach, prepare, prepare_whole};
-use crate::preferences::{cores, usual_threads};
+use crate::preferences::usual_threads;
 use crate::project_session::Results;
 use crate::session_link::Running;
 use crate::workspace::Workspace;

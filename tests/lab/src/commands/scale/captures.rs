@@ -8,14 +8,15 @@ use std::path::Path;
 
 use crate::scale::{Setting, scattered};
 use crate::{Cost, session_cost};
+use inplace_core::arguments::TrainingArguments;
 use inplace_core::export::write_strokes;
 use inplace_core::field::Preset;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo, write_replica};
 use inplace_core::session::Progress;
 use tempfile::TempDir;
 
-use crate::arguments::{ScaleArguments, TrainingArguments};
-use crate::commands::{Failure, cores, in_own_process, session_options};
+use crate::arguments::ScaleArguments;
+use crate::commands::{Failure, in_own_process};
 
 /// The strokes of a capture, in its folder.
 const STROKES: &str = "strokes.json";
@@ -141,7 +142,7 @@ pub(super) fn print_cost(arguments: &ScaleArguments, capture: &Path) -> Result<(
         threads: arguments.threads,
         seed: arguments.seed,
     };
-    let options = session_options(&training, SceneSource::from_argument(capture), cores());
+    let options = training.session_options(SceneSource::from_argument(capture));
     let cost = session_cost(options, arguments.seconds, &capture.join(STROKES))?;
     println!("{}", serde_json::to_string(&cost)?);
     Ok(())
