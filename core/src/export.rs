@@ -34,6 +34,7 @@ mod yolo;
 
 use std::path::Path;
 
+pub use atomic::write as write_whole;
 pub use comparison::{Agreement, ClassAgreement, ClassMatching, Difference, Labelling, compare};
 pub use error::{ExportError, Refusal};
 pub use format::{Format, export};

@@ -28,7 +28,7 @@ use rusqlite::Connection;
 pub use contents::{Contents, FrameRecord, SceneRecord};
 pub use error::ProjectError;
 pub use journal::Journal;
-pub use location::{autosave_path, configuration_folder, log_path, picture_name, pictures_folder};
+pub use location::{autosave_path, configuration_folder, log_path, picture_name, pictures_folder, same_file};
 pub use opened::Opened;
 pub use writer::JournalEvent;
 

@@ -5,6 +5,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+use inplace_core::export::write_whole;
 use inplace_core::project::picture_name;
 use inplace_model::preferences::RecentPlace;
 use inplace_model::workspace::source::FrameSource;
@@ -115,12 +118,11 @@ pub fn write(place: &RecentPlace, source: &FrameSource, folder: &Path) -> io::Re
         .iter()
         .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
         .collect();
-    let file = file_of(place, folder);
-    let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
-    fs::create_dir_all(folder)?;
-    let (width, height) = (size[0] as u32, size[1] as u32);
-    let format = image::ImageFormat::Png;
-    image::save_buffer_with_format(&temporary, &rgb, width, height, image::ColorType::Rgb8, format)
+    let [width, height] = size.map(|side| side as u32);
+    let mut png = Vec::new();
+    PngEncoder::new(&mut png)
+        .write_image(&rgb, width, height, ExtendedColorType::Rgb8)
         .map_err(io::Error::other)?;
-    fs::rename(&temporary, &file)
+    fs::create_dir_all(folder)?;
+    write_whole(&file_of(place, folder), &png).map(drop)
 }

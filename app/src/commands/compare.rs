@@ -26,10 +26,7 @@ fn read(
     let open = session.open;
     let mut client = run::start(session, progress);
     let scene = client.opened()?;
-    let contents = contents.matched(&scene, open)?;
-    for warning in contents.warnings.iter().chain(&scene.warnings) {
-        eprintln!("inplace: {warning}");
-    }
+    let contents = run::matched(contents, &scene, open)?;
     let labels = contents.history.labels();
     client.label(labels.clone(), GENERATION);
     Ok(Labelling {

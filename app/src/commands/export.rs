@@ -7,13 +7,13 @@ use std::time::Instant;
 use inplace_core::export::{self, Format, IdMap, LabelledScene, Options, Views, Written};
 use inplace_core::labels::Class;
 use inplace_core::project::Contents;
-use inplace_core::scene::{OpenOptions, Scene, Trajectory};
+use inplace_core::scene::{Scene, Trajectory};
 use inplace_core::semantics::NovelViews;
 use inplace_core::session::{Command, Measured, ModelState, Progress};
 
+use super::Failure;
 use super::budget::Budget;
 use super::run::{self, GENERATION};
-use super::Failure;
 use crate::arguments::ExportArguments;
 
 /// Wall time from the start to the last file written, in seconds, where depth was measured and nothing was learnt before.
@@ -70,7 +70,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let (what, written) = if trajectory.is_none() && has_what_is_asked(&contents, arguments) {
         let read = |done, total| progress.show_share("reading frames", done as f32 / total as f32);
         let scene = Scene::open(&session.source, open, &read)?;
-        let contents = matched(contents, &scene, open)?;
+        let contents = run::matched(contents, &scene, open)?;
         exported(LabelledScene {
             scene: &scene,
             classes: &contents.history.labels().classes,
@@ -89,7 +89,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
                 client.send(Command::Settle);
             }
         }
-        let contents = matched(contents, &scene, open)?;
+        let contents = run::matched(contents, &scene, open)?;
         let (labels, parts) = (contents.history.labels(), contents.parts());
         client.label(labels.clone(), GENERATION);
         let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
@@ -156,15 +156,6 @@ fn has_what_is_asked(contents: &Contents, arguments: &ExportArguments) -> bool {
         && arguments.format.has_frames()
         && arguments.least_probability.is_none()
         && !contents.history.labels().classes.iter().any(tells_objects)
-}
-
-/// The contents of the project fitted to its scene; warnings about both are told.
-fn matched(contents: Contents, scene: &Scene, open: OpenOptions) -> Result<Contents, Failure> {
-    let contents = contents.matched(scene, open)?;
-    for warning in contents.warnings.iter().chain(&scene.warnings) {
-        eprintln!("inplace: {warning}");
-    }
-    Ok(contents)
 }
 
 /// Whether the semantic field says the classes of views: it does where the surface, which is better where it was measured,

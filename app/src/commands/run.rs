@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use inplace_core::arguments::TrainingArguments;
 use inplace_core::field::Preset;
-use inplace_core::project::Contents;
-use inplace_core::scene::Scene;
+use inplace_core::project::{Contents, ProjectError};
+use inplace_core::scene::{OpenOptions, Scene};
 use inplace_core::session::{
     Client, ClientError, Command, Event, FrameMap, Phase, Progress, Saved, Session, SessionOptions, Status,
 };
@@ -29,6 +29,19 @@ pub(super) fn of_project(contents: &Contents, training: &TrainingArguments, view
         is_final: !views,
     });
     session
+}
+
+/// The contents of a project fitted to its scene; warnings about both are told.
+pub(super) fn matched(
+    contents: Contents,
+    scene: &Scene,
+    open: OpenOptions,
+) -> Result<Contents, ProjectError> {
+    let contents = contents.matched(scene, open)?;
+    for warning in contents.warnings.iter().chain(&scene.warnings) {
+        eprintln!("inplace: {warning}");
+    }
+    Ok(contents)
 }
 
 /// Starts a session that tells on stderr how it goes.

@@ -9,7 +9,10 @@ const SUFFIX: &str = ".inplace-tmp";
 
 /// Writes a file under a temporary name in the same folder and renames it, unless it holds these bytes already;
 /// returns whether it did not.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> io::Result<bool> {
+///
+/// # Errors
+/// What the file system says.
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<bool> {
     if holds(path, bytes) {
         return Ok(false);
     }

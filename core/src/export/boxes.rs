@@ -111,22 +111,14 @@ pub(super) fn write(
             points,
         });
     }
-    let frames = labelled.scene.frames.len();
-    if progress(0, frames).is_break() {
-        return Err(ExportError::cancelled(folder, 0, frames));
-    }
-    super::prepare(folder, &["pointclouds", "labels"])?;
     let comments = ["metres, z up, in the axes of labels/cloud.txt".to_owned()];
-    let files = [
+    let files = vec![
         json_file("boxes.json", &records).map_err(incomplete)?,
         OutputFile::new("pointclouds/cloud.ply", ply::encode(&comments, &cloud, None)),
         OutputFile::new("labels/cloud.txt", text.into_bytes()),
     ];
-    let mut written = Written::default();
-    for file in files {
-        written.count(file.write(folder)?);
-    }
-    Ok(written)
+    let frames = labelled.scene.frames.len();
+    Written::at_once(folder, (&["pointclouds", "labels"], files), frames, progress)
 }
 
 /// The smallest turn of the capture's axes after which z is up; none, or of quarters, where the vertical is about an axis.

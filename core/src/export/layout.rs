@@ -40,13 +40,30 @@ pub struct Written {
 }
 
 impl Written {
-    /// Counts a file that was written, or else left alone.
-    pub(super) fn count(&mut self, is_new: bool) {
-        if is_new {
-            self.files += 1;
-        } else {
-            self.unchanged += 1;
+    /// Writes a file into an export's folder, unless it is there already, and counts it.
+    pub(super) fn write(&mut self, folder: &Path, file: &OutputFile) -> Result<(), ExportError> {
+        let count = match file.write(folder)? {
+            true => &mut self.files,
+            false => &mut self.unchanged,
+        };
+        *count += 1;
+        Ok(())
+    }
+
+    /// Writes what is exported at once, unless `progress` answers [`ControlFlow::Break`] before.
+    pub(super) fn at_once(
+        folder: &Path,
+        (inner, files): (&[&str], Vec<OutputFile>),
+        frames: usize,
+        progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
+    ) -> Result<Self, ExportError> {
+        if progress(0, frames).is_break() {
+            return Err(ExportError::cancelled(folder, 0, frames));
         }
+        super::prepare(folder, inner)?;
+        let mut written = Self::default();
+        files.iter().try_for_each(|file| written.write(folder, file))?;
+        Ok(written)
     }
 }
 

@@ -128,21 +128,17 @@ pub(super) fn write(
             ..*vertex
         })
         .collect();
-    let frames = labelled.scene.frames.len();
-    if progress(0, frames).is_break() {
-        return Err(ExportError::cancelled(folder, 0, frames));
-    }
-    super::prepare(folder, &[])?;
     let comments = comments(labelled.scene.unit, classes, &shape.objects);
     let name = solid.name();
-    let mut written = Written::default();
-    for (name, vertices) in [(name.to_owned(), vertices), (format!("{name}_classes"), &colored)] {
-        let bytes = ply::encode(&comments, vertices, shape.triangles.as_deref());
-        written.count(OutputFile::new(format!("{name}.ply"), bytes).write(folder)?);
-    }
-    let list = json_file("classes.json", classes).map_err(incomplete)?;
-    written.count(list.write(folder)?);
-    Ok(written)
+    let ply = |name: String, vertices: &[Vertex]| {
+        OutputFile::new(name, ply::encode(&comments, vertices, shape.triangles.as_deref()))
+    };
+    let files = vec![
+        ply(format!("{name}.ply"), vertices),
+        ply(format!("{name}_classes.ply"), &colored),
+        json_file("classes.json", classes).map_err(incomplete)?,
+    ];
+    Written::at_once(folder, (&[], files), labelled.scene.frames.len(), progress)
 }
 
 /// The class of every node under the project's ids; void where it is less probable than is asked for.

@@ -64,9 +64,7 @@ pub fn export_views(
         let files = exported(&frame, (&map, None), &ids, options.least_probability)
             .and_then(|labelled| files(&frame, &labelled))
             .map_err(|reason| incomplete(reason.of(format!("view {number}"))))?;
-        for file in files {
-            written.count(file.write(folder)?);
-        }
+        files.iter().try_for_each(|file| written.write(folder, file))?;
         if progress(number + 1, total).is_break() && number + 1 < total {
             return Err(ExportError::cancelled(folder, number + 1, total));
         }
@@ -77,9 +75,7 @@ pub fn export_views(
     };
     let mut index = Pngs.index(about, Vec::new()).map_err(incomplete)?;
     index.extend(capture(scene, trajectory, &camera));
-    for file in index {
-        written.count(file.write(folder)?);
-    }
+    index.iter().try_for_each(|file| written.write(folder, file))?;
     Ok(written)
 }
 

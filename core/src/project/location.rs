@@ -141,6 +141,11 @@ pub(super) fn backups_folder(file: &Path) -> PathBuf {
     folder_of(&file).join(".inplace-backups").join(name)
 }
 
+/// Whether two paths lead to one file.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 /// The folder that a file is in.
 pub(super) fn folder_of(file: &Path) -> &Path {
     match file.parent() {

@@ -11,7 +11,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 
 use super::backups::Backups;
 use super::contents::Pending;
-use super::location::backups_folder;
+use super::location::{backups_folder, same_file};
 use super::{Contents, Project, ProjectError, SceneRecord, Step};
 use crate::TOLD;
 use crate::labels::History;
@@ -345,8 +345,4 @@ impl Writer {
         let _ = self.events.send(event);
         (self.wake)();
     }
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 use inplace_core::drop_on_thread;
-use inplace_core::project::{Journal, JournalEvent, Step};
+use inplace_core::project::{Journal, JournalEvent, Step, same_file};
 use inplace_core::session::{FrameMap, ModelState};
 
 /// The project file behind a workspace. Nothing here ever waits.
@@ -184,10 +184,7 @@ impl Ending {
 
     /// Waits until all of it is written, if it is this file; touches the disk.
     pub fn wait_for(&self, file: &Path) {
-        let same = |a: &Path, b: &Path| {
-            a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-        };
-        if same(&self.path, file) {
+        if same_file(&self.path, file) {
             // Nothing is ever sent: the end of the other side is the news.
             let _ = self.done.recv();
         }

@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use inplace_core::export::write_whole;
 use serde_json::{Map, Value};
 
 use super::Preferences;
@@ -179,14 +180,7 @@ fn write(path: &Path, json: &Map<String, Value>) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
-    let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
-    let written =
-        fs::write(&temporary, serde_json::to_vec_pretty(json)?).and_then(|()| fs::rename(&temporary, path));
-    if written.is_err() {
-        // Most often there is none.
-        let _ = fs::remove_file(&temporary);
-    }
-    written
+    write_whole(path, &serde_json::to_vec_pretty(json)?).map(drop)
 }
 
 #[cfg(test)]
