@@ -260,27 +260,22 @@ impl WorkerTask for ReferenceWorker<'_> {
                 Phase::Training
             },
             steps: trainer.map_or(0, ReferenceTrainer::steps),
-            semantic_steps: 0,
             training_end: trainer
                 .is_some_and(ReferenceTrainer::settled)
                 .then_some(TrainingEnd::Learnt),
             work: trainer.map_or(Work::default(), ReferenceTrainer::work),
             geometry_seconds: self.training_seconds,
-            seconds_to_settle: None,
-            semantics_seconds: 0.0,
             render_seconds: self.render_seconds,
-            undone: 0,
             skipped_steps: trainer.map_or(0, ReferenceTrainer::skipped),
             held_out_psnr: self.held_out.map(|held_out| held_out.psnr),
             depth_error: self.held_out.and_then(|held_out| held_out.depth_error),
             mean_entropy: self.rendering.mean_entropy,
             parameters: trainer.map_or(0, |trainer| trainer.field().parameters()),
             capacity: self.settings.to_string(),
-            surface_nodes: 0,
             map_stride: self.map_stride,
             generation: self.generation,
-            spreading_import: false,
             settled: self.is_settled(),
+            ..Status::default()
         };
         self.reporter.report(self.outbox, status);
     }

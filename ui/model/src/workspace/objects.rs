@@ -11,11 +11,6 @@ impl Workspace {
         Some(self.document.labels().object(said.id).unwrap_or(said))
     }
 
-    /// The objects of the scene as the window found them last, on maps that may be older than the labels.
-    pub fn found(&self) -> &[FoundObject] {
-        &self.found
-    }
-
     /// The objects of a class by their numbers, with where they are as far as the window has found them.
     pub fn objects_of(&self, class: ClassId) -> Vec<(&Object, Option<&FoundObject>)> {
         let labels = self.document.labels();
