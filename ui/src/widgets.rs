@@ -357,7 +357,8 @@ pub fn choice_box(
     choices: impl FnOnce(&mut Ui),
 ) -> Response {
     let list = egui::ComboBox::from_id_salt(name).selected_text(chosen);
-    let shown = list.truncate().width(width).height(360.0).show_ui(ui, choices);
+    // High enough for all formats of an export at once.
+    let shown = list.truncate().width(width).height(400.0).show_ui(ui, choices);
     shown.response.accessible_name(name)
 }
 

@@ -1,6 +1,6 @@
 //! Asking what is exported, and where to.
 
-use egui::{ComboBox, Label, RichText, Slider, Ui};
+use egui::{Label, RichText, Slider, Ui};
 use inplace_core::export::Format;
 use inplace_core::labels::PALETTES;
 use inplace_model::dialogs::{ExportChoice, Purpose};
@@ -44,17 +44,11 @@ pub fn show(ui: &mut Ui, choice: &mut ExportChoice, commands: &mut Commands) {
 }
 
 fn format(ui: &mut Ui, choice: &mut ExportChoice) {
-    // High enough for all of them at once.
-    let shown = ComboBox::from_id_salt("format")
-        .width(220.0)
-        .height(400.0)
-        .selected_text(title(choice.format))
-        .show_ui(ui, |ui| {
-            for format in Format::ALL {
-                ui.selectable_value(&mut choice.format, format, title(format));
-            }
-        });
-    shown.response.accessible_name("Format");
+    choice_box(ui, "Format", 220.0, title(choice.format), |ui| {
+        for format in Format::ALL {
+            ui.selectable_value(&mut choice.format, format, title(format));
+        }
+    });
 }
 
 fn numbers(ui: &mut Ui, choice: &mut ExportChoice) {

@@ -1,16 +1,15 @@
 //! The audit: how right the maps are by places that a person judged, and the places that were wrong.
 
-use egui::{Align, Button, DragValue, Label, Layout, RichText, ScrollArea, Ui};
+use egui::{Button, DragValue, Label, RichText, Ui};
 use inplace_core::guide::audit::{Accuracy, Audit, AuditPlace, Verdict};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
+use super::parts::pressed_in_list;
 use crate::widgets::heading;
 
 /// Share of the frames that places are drawn from unless another one is chosen, in per cent.
 const USUAL: u8 = 5;
-/// Height of the list of wrong places, at most.
-const LIST: f32 = 132.0;
 
 /// The part of the progress panel, with the share that is chosen.
 #[derive(Debug)]
@@ -84,23 +83,12 @@ fn result(ui: &mut Ui, workspace: &Workspace, audit: &Audit, commands: &mut Comm
     heading(ui, "Wrong places", |ui| {
         ui.weak(wrong.len().to_string());
     });
-    let height = ui.spacing().interact_size.y;
-    ScrollArea::vertical()
-        .id_salt("wrong places")
-        .max_height(LIST)
-        .auto_shrink([false, true])
-        .show_rows(ui, height, wrong.len(), |ui, shown| {
-            for &(index, place) in &wrong[shown] {
-                let size = egui::vec2(ui.available_width(), height);
-                let layout = Layout::top_down_justified(Align::LEFT);
-                ui.allocate_ui_with_layout(size, layout, |ui| {
-                    let text = row(workspace, audit, index, place);
-                    if ui.add(Button::new(text).truncate()).clicked() {
-                        commands.push(Command::GoToAudited(index));
-                    }
-                });
-            }
-        });
+    let text = |number: usize| {
+        let (index, place) = wrong[number];
+        Some(row(workspace, audit, index, place))
+    };
+    let pressed = pressed_in_list(ui, "wrong places", wrong.len(), "", text);
+    commands.extend(pressed.map(|number| Command::GoToAudited(wrong[number].0)));
 }
 
 /// What is said of a wrong place: also whether the map has another class there now.

@@ -1,6 +1,6 @@
 //! What panels are made of.
 
-use egui::{Button, Ui};
+use egui::{Align, Button, Layout, ScrollArea, Ui};
 use inplace_core::labels::{ClassId, VOID};
 use inplace_model::preferences::{Pane, PreferenceChange};
 use inplace_model::workspace::Workspace;
@@ -99,6 +99,42 @@ impl Menu<'_> {
             self.ui.close();
         }
     }
+}
+
+/// Height of a list of texts to press, at most.
+const LIST: f32 = 132.0;
+
+/// A list of texts to press, each as wide as the list, with this tooltip unless it is empty; `text` gives that of a place,
+/// where it has one. Returns the place that was pressed.
+pub fn pressed_in_list(
+    ui: &mut Ui,
+    id: &str,
+    count: usize,
+    hint: &str,
+    text: impl Fn(usize) -> Option<String>,
+) -> Option<usize> {
+    let height = ui.spacing().interact_size.y;
+    let mut pressed = None;
+    ScrollArea::vertical()
+        .id_salt(id)
+        .max_height(LIST)
+        .auto_shrink([false, true])
+        .show_rows(ui, height, count, |ui, shown| {
+            for (place, text) in shown.filter_map(|place| Some((place, text(place)?))) {
+                let size = egui::vec2(ui.available_width(), height);
+                let layout = Layout::top_down_justified(Align::LEFT);
+                ui.allocate_ui_with_layout(size, layout, |ui| {
+                    let mut button = ui.add(Button::new(text).truncate());
+                    if !hint.is_empty() {
+                        button = button.on_hover_text(hint);
+                    }
+                    if button.clicked() {
+                        pressed = Some(place);
+                    }
+                });
+            }
+        });
+    pressed
 }
 
 /// Facts with what each means, its name at least this wide.

@@ -1,6 +1,6 @@
 //! How far the labelling has come: whether it is good enough, what contradicts itself, and charts.
 
-use egui::{Align, Button, Label, Layout, RichText, ScrollArea, Ui};
+use egui::{Align, Label, Layout, RichText, ScrollArea, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
 use inplace_core::labels::{ClassId, StrokeId, VOID};
 use inplace_model::workspace::Workspace;
@@ -9,7 +9,7 @@ use inplace_model::{Command, Commands};
 use super::audit::AuditPart;
 use super::charted::{Axis, Charted, NUMBERS, Number};
 use super::comparison;
-use super::parts::{UNCERTAINTY_MEANS, card, facts, frames_done};
+use super::parts::{UNCERTAINTY_MEANS, card, facts, frames_done, pressed_in_list};
 use super::readiness::{Readiness, readiness};
 use crate::numbers;
 use crate::theme;
@@ -18,14 +18,15 @@ use crate::widgets::heading;
 /// What it means.
 const AGREEMENT_MEANS: &str = "Each stroke is left out once, and the others say what is there: the share of strokes that get their own class so, averaged over the classes. It shows contradictions, not how right the maps are";
 
+/// What a contradicted stroke is.
+const CONTRADICTED_MEANS: &str = "Without such a stroke, the others would give most of its pixels another class: one of them may be wrong, or there are too few strokes around it";
+
 /// Suggestions of which it is summed up what they settle.
 const NEXT: usize = 5;
 /// Height of a chart, without the names of its axis.
 const CHART: f32 = 76.0;
 /// Room for the numbers beside a chart, so that all begin at the same place.
 const NUMBERS_WIDTH: f32 = 40.0;
-/// Height of the list of contradicted strokes, at most.
-const LIST: f32 = 132.0;
 
 /// The panel with what its charts show.
 #[derive(Default)]
@@ -245,28 +246,10 @@ fn contradicted(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
     heading(ui, "Contradicted strokes", |ui| {
         ui.weak(strokes.len().to_string());
     });
-    let height = ui.spacing().interact_size.y;
-    ScrollArea::vertical()
-        .id_salt("contradicted")
-        .max_height(LIST)
-        .auto_shrink([false, true])
-        .show_rows(ui, height, strokes.len(), |ui, shown| {
-            for (&id, &others) in strokes.iter().skip(shown.start).take(shown.len()) {
-                let Some(text) = row(workspace, id, others) else {
-                    continue;
-                };
-                ui.allocate_ui_with_layout(
-                    egui::vec2(ui.available_width(), height),
-                    Layout::top_down_justified(Align::LEFT),
-                    |ui| {
-                        let button = ui.add(Button::new(&text).truncate());
-                        if button.on_hover_text("Without such a stroke, the others would give most of its pixels another class: one of them may be wrong, or there are too few strokes around it").clicked() {
-                            commands.push(Command::GoToStroke(id));
-                        }
-                    },
-                );
-            }
-        });
+    let at = |place| strokes.iter().nth(place).map(|(&id, &others)| (id, others));
+    let text = |place| at(place).and_then(|(id, others)| row(workspace, id, others));
+    let pressed = pressed_in_list(ui, "contradicted", strokes.len(), CONTRADICTED_MEANS, text);
+    commands.extend(pressed.and_then(at).map(|(id, _)| Command::GoToStroke(id)));
 }
 
 /// What is said of a contradicted stroke.
