@@ -31,12 +31,12 @@ fn holds(path: &Path, bytes: &[u8]) -> bool {
         && fs::read(path).is_ok_and(|found| found == bytes)
 }
 
-/// The hidden name that a file has while it is being written.
+/// The hidden name that a file has while this process writes it.
 pub(super) fn temporary(path: &Path) -> io::Result<PathBuf> {
     let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
     let mut hidden = OsString::from(".");
     hidden.push(name);
-    hidden.push(SUFFIX);
+    hidden.push(format!(".{}{SUFFIX}", std::process::id()));
     Ok(path.with_file_name(hidden))
 }
 

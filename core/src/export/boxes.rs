@@ -112,7 +112,7 @@ pub(super) fn write(
         });
     }
     let comments = ["metres, z up, in the axes of labels/cloud.txt".to_owned()];
-    let files = vec![
+    let files = [
         json_file("boxes.json", &records).map_err(incomplete)?,
         OutputFile::new("pointclouds/cloud.ply", ply::encode(&comments, &cloud, None)),
         OutputFile::new("labels/cloud.txt", text.into_bytes()),

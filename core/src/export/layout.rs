@@ -50,10 +50,10 @@ impl Written {
         Ok(())
     }
 
-    /// Writes what is exported at once, unless `progress` answers [`ControlFlow::Break`] before.
+    /// Writes what is exported at once, file by file, unless `progress` answers [`ControlFlow::Break`] before.
     pub(super) fn at_once(
         folder: &Path,
-        (inner, files): (&[&str], Vec<OutputFile>),
+        (inner, files): (&[&str], impl IntoIterator<Item = OutputFile>),
         frames: usize,
         progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
     ) -> Result<Self, ExportError> {
@@ -62,7 +62,9 @@ impl Written {
         }
         super::prepare(folder, inner)?;
         let mut written = Self::default();
-        files.iter().try_for_each(|file| written.write(folder, file))?;
+        for file in files {
+            written.write(folder, &file)?;
+        }
         Ok(written)
     }
 }

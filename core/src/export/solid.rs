@@ -130,14 +130,15 @@ pub(super) fn write(
         .collect();
     let comments = comments(labelled.scene.unit, classes, &shape.objects);
     let name = solid.name();
-    let ply = |name: String, vertices: &[Vertex]| {
-        OutputFile::new(name, ply::encode(&comments, vertices, shape.triangles.as_deref()))
-    };
-    let files = vec![
-        ply(format!("{name}.ply"), vertices),
-        ply(format!("{name}_classes.ply"), &colored),
-        json_file("classes.json", classes).map_err(incomplete)?,
+    let clouds = [
+        (format!("{name}.ply"), vertices),
+        (format!("{name}_classes.ply"), &colored),
     ];
+    // One after the other: each may take a lot of memory.
+    let clouds = clouds.into_iter().map(|(name, vertices)| {
+        OutputFile::new(name, ply::encode(&comments, vertices, shape.triangles.as_deref()))
+    });
+    let files = clouds.chain([json_file("classes.json", classes).map_err(incomplete)?]);
     Written::at_once(folder, (&[], files), labelled.scene.frames.len(), progress)
 }
 
