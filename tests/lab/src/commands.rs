@@ -74,7 +74,7 @@ fn counted(count: impl Into<u64>, thing: &str) -> String {
 }
 
 /// Items of `all` that belong together, in the order in which the first of each comes.
-fn grouped<'a, T, K: PartialEq>(
+pub(crate) fn grouped<'a, T, K: PartialEq>(
     all: impl IntoIterator<Item = &'a T>,
     key: impl Fn(&'a T) -> K,
 ) -> Vec<(K, Vec<&'a T>)> {

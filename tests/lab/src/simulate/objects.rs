@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::{Annotator, Click, Policy};
 use crate::arguments::SimulateArguments;
+use crate::commands::grouped;
 use crate::learnt::{pool, trained_surface};
 use crate::objects::{GOOD, ObjectTruth, Segment, SegmentCounts, SegmentScores};
 use crate::{EvalError, mean};
@@ -302,18 +303,7 @@ pub fn click_rows(points: &[ObjectPoint]) -> Vec<Vec<String>> {
 
 /// Means over the seeds, a row for each policy and number of clicks, for people.
 pub fn object_rows(points: &[ObjectPoint]) -> Vec<Vec<String>> {
-    let mut keys: Vec<(&str, usize)> = Vec::new();
-    for point in points {
-        let key = (point.policy.as_str(), point.clicks_per_object);
-        if !keys.contains(&key) {
-            keys.push(key);
-        }
-    }
-    let row = |(policy, clicks): (&str, usize)| {
-        let runs = points
-            .iter()
-            .filter(|point| (point.policy.as_str(), point.clicks_per_object) == (policy, clicks));
-        let runs: Vec<&ObjectPoint> = runs.collect();
+    let row = |((policy, clicks), runs): ((&str, usize), Vec<&ObjectPoint>)| {
         let of = |value: &dyn Fn(&ObjectPoint) -> Option<f64>| {
             let known: Option<Vec<f64>> = runs.iter().map(|run| value(run)).collect();
             crate::page::known(known.map(mean), 3)
@@ -333,5 +323,6 @@ pub fn object_rows(points: &[ObjectPoint]) -> Vec<Vec<String>> {
             format!("{:.1}", mean(runs.iter().map(|run| run.wall_s))),
         ]
     };
-    keys.into_iter().map(row).collect()
+    let groups = grouped(points, |point| (point.policy.as_str(), point.clicks_per_object));
+    groups.into_iter().map(row).collect()
 }
