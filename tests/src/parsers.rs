@@ -38,7 +38,7 @@ impl Parser {
 }
 
 /// All parsers; seeds and fuzz targets are named after them.
-const PARSERS: [Parser; 22] = [
+const PARSERS: [Parser; 23] = [
     captures::REPLICA_POSES,
     captures::INTRINSICS,
     captures::TRANSFORMS,
@@ -57,6 +57,7 @@ const PARSERS: [Parser; 22] = [
     imports::IMAGE,
     imports::ARRAY,
     imports::ARCHIVE,
+    imports::OBJECTS,
     projects::FILE,
     projects::DAMAGED,
     projects::ROWS,

@@ -1,6 +1,7 @@
 //! The commands do what their description says, from files to files.
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -376,5 +377,75 @@ fn the_log_is_in_the_file_asked_for_or_the_users_data_and_stops_nothing_where_it
         assert!(log.contains("ERROR") && log.contains("no such folder"), "{log}");
         assert!(unlogged.contains("the log cannot be written"), "{unlogged}");
         assert_eq!(unlogged.lines().count(), 2, "{unlogged}");
+    }
+}
+
+#[test]
+fn an_export_brings_its_classes_and_objects_back() {
+    let on_disk = OnDisk::default();
+    let mut strokes = Small::get().strokes();
+    let things = strokes["classes"].as_array().unwrap().clone().into_iter();
+    let things: Vec<_> = things
+        .filter(|class| class["thing"] == true)
+        .map(|class| class["id"].clone())
+        .collect();
+    let named = strokes["strokes"].as_array_mut().unwrap().iter_mut();
+    let named = named.filter(|stroke| things.contains(&stroke["class"])).take(3);
+    let objects = named.zip([7, 3, 900]).map(|(stroke, number)| {
+        stroke["object"] = number.into();
+        serde_json::json!({"id": number, "class": stroke["class"], "name": format!("the {number}th")})
+    });
+    let objects: Vec<_> = objects.collect();
+    strokes["objects"] = objects.into();
+    on_disk.write_strokes(&strokes);
+    let (out, again) = (on_disk.path("out"), on_disk.path("again"));
+    succeed(on_disk.label(&[]).args(BUDGET));
+    let imported = succeed(
+        label(&on_disk.path("room"), &again)
+            .arg("--import")
+            .arg(&out)
+            .args(BUDGET),
+    );
+    assert_eq!(imported.stderr, "");
+    let known = |folder: &Path| -> BTreeMap<u64, Value> {
+        let objects = json(&folder.join("objects.json"));
+        let objects = objects.as_array().unwrap().clone().into_iter();
+        objects
+            .map(|mut object| {
+                object.as_object_mut().unwrap().remove("pixels");
+                (object["id"].as_u64().unwrap(), object)
+            })
+            .collect()
+    };
+    let before = known(&out);
+    assert!(
+        [3, 7, 900].iter().all(|number| before.contains_key(number)),
+        "{before:?}"
+    );
+    let things = |objects: &BTreeMap<u64, Value>| -> Vec<Value> {
+        objects
+            .values()
+            .filter(|object| object["thing"] == true)
+            .cloned()
+            .collect()
+    };
+    assert_eq!(things(&known(&again)), things(&before));
+    let stuff: Vec<u16> = before
+        .values()
+        .filter(|object| object["thing"] == false)
+        .map(|object| object["id"].as_u64().unwrap() as u16)
+        .collect();
+    for frame in &Small::get().scene.frames {
+        let name = format!("objects/{}.png", frame.stem);
+        let [(_, _, before), (_, _, after)] = [&out, &again].map(|folder| class_ids(&folder.join(&name)));
+        let (before, after) = (before.iter(), after.iter());
+        let compared = before.zip(after).filter(|(object, _)| !stuff.contains(object));
+        let (same, others): (Vec<_>, Vec<_>) = compared.partition(|(before, after)| before == after);
+        assert!(
+            others.len() * 20 < same.len(),
+            "{name}: {} of {} differ",
+            others.len(),
+            same.len()
+        );
     }
 }

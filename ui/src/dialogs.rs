@@ -203,7 +203,7 @@ const TRUST_STEP: f64 = 5.0;
 
 /// Asks for the folder, and how far its pixels can be believed.
 fn import(ui: &mut Ui, path: &mut String, trust: &mut Trust, commands: &mut Commands) {
-    ui.label("A folder of files named like the frames, such as a network's predictions or an earlier export: PNGs with class ids or colours, or NPYs or NPZs with probabilities. Pixels that may be wrong are outvoted where many disagree.");
+    ui.label("A folder of files named like the frames, such as a network's predictions or an earlier export: PNGs with class ids or colours, NPYs or NPZs with probabilities, or PNGs with numbers of objects, which an objects.json lists. Pixels that may be wrong are outvoted where many disagree.");
     let entered = path_field(ui, path, "Folder of label images");
     if ui.button("Browse...").clicked() {
         commands.push(Command::Browse(Purpose::Import));

@@ -2,6 +2,7 @@
 
 mod image;
 mod numpy;
+mod objects;
 mod probabilities;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,14 +13,19 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use self::image::{LabelImage, LabelImageError};
+use self::objects::ObjectList;
 use self::probabilities::{Array, ProbabilitiesError};
 use super::palette::{ClassListError, parse_class_list, parse_with_void};
-use super::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID};
+use super::{Class, ClassId, ImportedLabels, ImportedMap, Label, Object, Trust, VOID};
 use crate::scene::{Frame, Scene, sampled, shown};
 
 /// Cells with probabilities that are kept of all frames together, 12 bytes each: more than a thousand frames of 640 x
 /// 480 at a quarter of their size have.
 const MOST_CELLS: usize = 32 << 20;
+/// Folders of class images and of object images in an export, and in a capture of the Replica layout.
+const LABELS: [&str; 2] = ["labels", "semantic_class"];
+const OBJECTS: [&str; 2] = ["objects", "semantic_instance"];
 /// The index of a palette image that stands for "not labelled" where no class has it, as in PASCAL VOC.
 const BORDER: ClassId = 255;
 
@@ -39,8 +45,10 @@ impl ImportError {
 pub struct LabelImages {
     /// The images.
     pub labels: ImportedLabels,
-    /// What `classes.json` beside them says of the ids; ids without an entry are what they are in the project.
+    /// What `classes.json` and `objects.json` say of the ids; ids without an entry are what they are in the project.
     pub classes: Vec<Class>,
+    /// The objects that they show, with the ids of their files.
+    pub objects: Vec<Object>,
     /// Files of the folder that could be label images and are named like no frame; they were left out.
     pub unmatched: usize,
 }
@@ -60,28 +68,33 @@ pub struct LabelImages {
 /// and in which order the probabilities are; without it, colours are those of the `known` classes, and probabilities
 /// those of the ids from 1 on.
 ///
+/// Where `objects.json` (a list of `{"id", "class_id", "class_name", "thing", "name"}`) lies beside a folder `objects`, as
+/// in an export, its PNGs are numbers of objects, the same in all frames. So they are in a folder with its own
+/// `objects.json`. A pixel has the class of its object, and otherwise that of the label image, if there is one.
+///
 /// # Errors
-/// A folder without files of the scene's frames, a file or `classes.json` that cannot be used: a sentence that
-/// names it.
+/// A folder without files of the scene's frames, a file, `classes.json` or `objects.json` that cannot be used: a sentence
+/// that names it.
 pub fn read_label_images(
     folder: &Path,
     scene: &Scene,
     known: &[Class],
     trust: Trust,
 ) -> Result<LabelImages, ImportError> {
-    let (folder, mut files) = inner_label_files(folder)?;
-    let found = files.len();
-    let of_frames: Vec<(usize, PathBuf)> = scene
-        .frames
-        .iter()
-        .enumerate()
-        .filter_map(|(index, frame)| Some((index, files.remove(&frame.stem)?)))
-        .map(|(index, mut paths)| match (paths.pop(), paths.pop()) {
-            (Some(path), None) => Ok((index, path)),
-            (Some(path), Some(other)) => Err(twice(&other, &path)),
-            (None, _) => Err(ImportError::new(&folder, "changed while it was read; try again")),
-        })
-        .collect::<Result<_, _>>()?;
+    let mut files = Files::find(folder)?;
+    let found = files.labels.len() + files.objects.len();
+    let mut of_frames = Vec::new();
+    for (index, frame) in scene.frames.iter().enumerate() {
+        let [labels, objects] =
+            [&mut files.labels, &mut files.objects].map(|files| files.remove(&frame.stem));
+        let of_frame = FrameFiles {
+            labels: labels.map(the_only).transpose()?,
+            objects: objects.map(the_only).transpose()?,
+        };
+        if of_frame != FrameFiles::default() {
+            of_frames.push((index, of_frame));
+        }
+    }
     if of_frames.is_empty() {
         let example = scene.frames.first().map_or("", |frame| frame.stem.as_str());
         let reason = if found == 0 {
@@ -93,32 +106,54 @@ pub fn read_label_images(
                 scene.source
             )
         };
-        return Err(ImportError::new(&folder, reason));
+        return Err(ImportError::new(&files.folder, reason));
     }
-    let meaning = Meaning::new(&folder, known)?;
-    let arrays = of_frames.iter().filter(|(_, path)| is_array(path)).count();
+    let listed = ClassList::find(&files.folder)?;
+    let mut classes = listed.as_ref().map_or_else(Vec::new, |list| list.classes.clone());
+    let list = files.list.as_deref();
+    let list = list.map(|path| ObjectList::read(path, &mut classes, known));
+    let list = list.transpose()?;
+    let meaning = Meaning::new(listed, known);
+    let arrays = of_frames.iter().filter_map(|(_, own)| own.labels.as_deref());
     let reading = Reading {
         meaning: &meaning,
+        objects: list.as_ref(),
         trust,
-        most_cells: MOST_CELLS / arrays.max(1),
+        most_cells: MOST_CELLS / arrays.filter(|path| is_array(path)).count().max(1),
     };
     let maps: Result<Vec<ImportedMap>, ImportError> = of_frames
         .par_iter()
-        .map(|(index, path)| reading.file(path, *index, &scene.frames[*index]))
+        .map(|(index, own)| reading.frame(own, *index, &scene.frames[*index]))
         .collect();
     let maps = maps?;
-    let classes: BTreeSet<ClassId> = maps.iter().flat_map(ImportedMap::likeliest_classes).collect();
-    if classes.is_empty() {
+    let said: BTreeSet<ClassId> = maps.iter().flat_map(ImportedMap::likeliest_classes).collect();
+    if said.is_empty() {
         let reason =
             "all label images of the scene's frames are void everywhere; void is 0, classes are from 1 on";
-        return Err(ImportError::new(&folder, reason));
+        return Err(ImportError::new(&files.folder, reason));
     }
     // A network has a probability for every class that it knows, most of which are nowhere in the scene.
     let labels = ImportedLabels { maps, trust };
+    let labels = labels.relabelled(|label| {
+        if said.contains(&label.class) {
+            label
+        } else {
+            VOID.into()
+        }
+    });
+    let shown = labels.objects();
+    let mut objects = list.map_or_else(Vec::new, |list| list.objects);
+    objects.retain(|object| shown.contains(&object.id));
     Ok(LabelImages {
-        labels: labels.relabelled(|class| if classes.contains(&class) { class } else { VOID }),
-        classes: meaning.listed.map_or_else(Vec::new, |list| list.classes),
-        unmatched: files.values().map(Vec::len).sum(),
+        labels,
+        classes,
+        objects,
+        unmatched: files
+            .labels
+            .into_values()
+            .chain(files.objects.into_values())
+            .map(|own| own.len())
+            .sum(),
     })
 }
 
@@ -128,20 +163,21 @@ pub fn read_label_images(
 /// # Errors
 /// A folder that cannot be read.
 pub fn label_image_files(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
-    let (folder, files) = inner_label_files(folder)?;
-    Ok(files
-        .into_values()
-        .flatten()
-        .chain(ClassList::path(&folder))
-        .collect())
+    let files = Files::find(folder)?;
+    let classes = ClassList::path(&files.folder);
+    let images = files.labels.into_values().chain(files.objects.into_values());
+    Ok(images.flatten().chain(classes).chain(files.list).collect())
 }
 
-fn twice(path: &Path, other: &Path) -> ImportError {
-    let other = other.file_name().unwrap_or_default().to_string_lossy();
-    ImportError::new(
-        path,
-        format!("is there beside {other}; leave one of them for each frame"),
-    )
+/// The file of a frame among those that are named like it.
+fn the_only(mut paths: Vec<PathBuf>) -> Result<PathBuf, ImportError> {
+    let path = paths.swap_remove(0);
+    let Some(other) = paths.pop() else {
+        return Ok(path);
+    };
+    let name = other.file_name().unwrap_or_default().to_string_lossy();
+    let reason = format!("is there beside {name}; leave one of them for each frame");
+    Err(ImportError::new(&path, reason))
 }
 
 fn is_array(path: &Path) -> bool {
@@ -152,15 +188,61 @@ fn is_array(path: &Path) -> bool {
 /// Files that may be label images, by their stem, sorted.
 type LabelFiles = BTreeMap<String, Vec<PathBuf>>;
 
-/// The label images of a folder, or those of its folder `labels` where it has none of its own; the folder they are in.
-fn inner_label_files(folder: &Path) -> Result<(PathBuf, LabelFiles), ImportError> {
-    let files = label_files(folder)?;
-    let inner = folder.join("labels");
-    if files.is_empty() && inner.is_dir() {
-        let files = label_files(&inner)?;
-        return Ok((inner, files));
+/// The files of an import.
+struct Files {
+    /// The folder that the class images are in, or else the object images.
+    folder: PathBuf,
+    labels: LabelFiles,
+    objects: LabelFiles,
+    /// `objects.json`, where there are object images.
+    list: Option<PathBuf>,
+}
+
+impl Files {
+    fn find(folder: &Path) -> Result<Self, ImportError> {
+        let list = |folder: &Path| Some(folder.join("objects.json")).filter(|path| path.is_file());
+        let inner = |names: &[&str]| {
+            let mut places = names.iter().map(|name| folder.join(name));
+            places.find(|place| place.is_dir())
+        };
+        let own = label_files(folder)?;
+        if !own.is_empty() {
+            let name = folder.file_name().unwrap_or_default();
+            let is_of_objects = OBJECTS.iter().any(|objects| name == *objects);
+            let above = folder.parent().filter(|_| is_of_objects).and_then(list);
+            let list = list(folder).or(above);
+            let (objects, labels) = match list {
+                Some(_) => (own, LabelFiles::new()),
+                None => (LabelFiles::new(), own),
+            };
+            return Ok(Self {
+                folder: folder.to_path_buf(),
+                labels,
+                objects,
+                list,
+            });
+        }
+        let (labels, list) = (inner(&LABELS), list(folder));
+        let objects = inner(&OBJECTS).filter(|_| list.is_some());
+        let files = |place: &Option<PathBuf>| {
+            place
+                .as_deref()
+                .map_or_else(|| Ok(LabelFiles::new()), label_files)
+        };
+        Ok(Self {
+            labels: files(&labels)?,
+            objects: files(&objects)?,
+            list: list.filter(|_| objects.is_some()),
+            folder: labels.or(objects).unwrap_or_else(|| folder.to_path_buf()),
+        })
     }
-    Ok((folder.to_path_buf(), files))
+}
+
+/// The files of a frame: at least one of them.
+#[derive(Default, PartialEq)]
+struct FrameFiles {
+    labels: Option<PathBuf>,
+    objects: Option<PathBuf>,
 }
 
 fn label_files(folder: &Path) -> Result<LabelFiles, ImportError> {
@@ -173,11 +255,20 @@ fn label_files(folder: &Path) -> Result<LabelFiles, ImportError> {
         if let Some(stem) = stem
             && (is_png || is_array(&path))
         {
-            files.entry(stem).or_default().push(path);
+            files.entry(of_frame(&stem)).or_default().push(path);
         }
     }
     files.values_mut().for_each(|paths| paths.sort_unstable());
     Ok(files)
+}
+
+/// The stem of the frame that a file with this stem is of: in the Replica layout `rgb_12` for `semantic_class_12`.
+fn of_frame(stem: &str) -> String {
+    let prefixes = ["semantic_class_", "semantic_instance_"];
+    match prefixes.iter().find_map(|prefix| stem.strip_prefix(prefix)) {
+        Some(number) => format!("rgb_{number}"),
+        None => stem.to_owned(),
+    }
 }
 
 /// `classes.json` beside the files or one folder up.
@@ -216,8 +307,7 @@ struct Meaning {
 }
 
 impl Meaning {
-    fn new(folder: &Path, known: &[Class]) -> Result<Self, ImportError> {
-        let listed = ClassList::find(folder)?;
+    fn new(listed: Option<ClassList>, known: &[Class]) -> Self {
         let with_colors = listed.as_ref().map_or(known, |list| list.classes.as_slice());
         let mut colors = FxHashMap::default();
         for class in with_colors {
@@ -229,41 +319,48 @@ impl Meaning {
         }
         colors.entry([0; 3]).or_insert(Some(VOID));
         let ids = with_colors.iter().chain(known).map(|class| class.id).collect();
-        Ok(Self { listed, ids, colors })
+        Self { listed, ids, colors }
     }
 }
 
-/// Everything that reading one file needs.
+/// Everything that reading the files of a frame needs.
 struct Reading<'a> {
     meaning: &'a Meaning,
+    /// What the numbers in object images stand for.
+    objects: Option<&'a ObjectList>,
     trust: Trust,
     /// Cells with probabilities that a frame may have.
     most_cells: usize,
 }
 
 impl Reading<'_> {
+    fn frame(&self, files: &FrameFiles, index: usize, frame: &Frame) -> Result<ImportedMap, ImportError> {
+        let said = files.labels.as_deref().map(|path| self.file(path, index, frame));
+        let said = said.unwrap_or_else(|| Ok(ImportedMap::new(index, &vec![VOID; frame.camera.pixels()])))?;
+        let (Some(path), Some(list)) = (&files.objects, self.objects) else {
+            return Ok(said);
+        };
+        let (size, numbers) = image(path, frame, LabelImage::numbers)?;
+        let label = |(&number, &class): (&u16, &ClassId)| match number {
+            0 => Ok(class.into()),
+            _ => list.label(number).ok_or_else(|| {
+                let reason = format!("has the number {number}, which objects.json does not list");
+                ImportError::new(path, reason)
+            }),
+        };
+        let numbers = placed(frame, size, &numbers);
+        let labels: Result<Vec<Label>, ImportError> = numbers.iter().zip(&said.labels()).map(label).collect();
+        Ok(ImportedMap::with_objects(index, &labels?))
+    }
+
     fn file(&self, path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, ImportError> {
         if is_array(path) {
             return self
                 .array(path, index, frame)
                 .map_err(|error| ImportError::new(path, error));
         }
-        let bytes =
-            fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
-        let image = image::LabelImage::decode(&bytes).map_err(|error| ImportError::new(path, error))?;
-        let size = [frame.image().width, frame.image().height];
-        if !same_aspect(image.size, size) {
-            return Err(ImportError::new(
-                path,
-                format!(
-                    "is {}x{} pixels and its frame {}x{}; give it the size of the frame, or its aspect",
-                    image.size[0], image.size[1], size[0], size[1]
-                ),
-            ));
-        }
-        let labels = image.classes(self.meaning);
-        let labels = labels.map_err(|error| ImportError::new(path, error))?;
-        Ok(ImportedMap::new(index, &placed(frame, image.size, &labels)))
+        let (size, labels) = image(path, frame, |image| image.classes(self.meaning))?;
+        Ok(ImportedMap::new(index, &placed(frame, size, &labels)))
     }
 
     fn array(&self, path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, ProbabilitiesError> {
@@ -277,6 +374,28 @@ impl Reading<'_> {
             &placed(frame, array.size(), &array.labels()?),
         ))
     }
+}
+
+/// The size of a PNG that has the aspect of its frame, and what is read of its pixels.
+fn image(
+    path: &Path,
+    frame: &Frame,
+    read: impl FnOnce(&LabelImage) -> Result<Vec<u16>, LabelImageError>,
+) -> Result<([u32; 2], Vec<u16>), ImportError> {
+    let bytes = fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
+    let image = LabelImage::decode(&bytes).map_err(|error| ImportError::new(path, error))?;
+    let size = [frame.image().width, frame.image().height];
+    if !same_aspect(image.size, size) {
+        return Err(ImportError::new(
+            path,
+            format!(
+                "is {}x{} pixels and its frame {}x{}; give it the size of the frame, or its aspect",
+                image.size[0], image.size[1], size[0], size[1]
+            ),
+        ));
+    }
+    let values = read(&image).map_err(|error| ImportError::new(path, error))?;
+    Ok((image.size, values))
 }
 
 /// Labels of an image of any size in the frame's own pixels, both row-major. Pixels that the image does not reach or that

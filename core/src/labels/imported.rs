@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 pub use probabilities::{Likeliest, Probabilities};
 
-use super::{ClassId, VOID};
+use super::{ClassId, Label, ObjectId, VOID};
 
 /// Identifies an import of label images for the life of a project; later imports have larger ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -48,12 +48,12 @@ impl Trust {
 /// What is said of the pixels of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Said {
-    /// A class, and how many pixels in the order of the rows have it.
-    Runs(Vec<(ClassId, u16)>),
+    /// A label, and how many pixels in the order of the rows have it.
+    Runs(Vec<(Label, u16)>),
     Probabilities(Probabilities),
 }
 
-/// The label image of a frame, kept as runs of pixels of one class, or its probabilities.
+/// The label image of a frame, kept as runs of pixels of one label, or its probabilities.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImportedMap {
     /// Index of the frame.
@@ -65,9 +65,15 @@ impl ImportedMap {
     /// Takes the class of every pixel of a frame, row-major `[height, width]`; [`VOID`] = nothing
     /// is said.
     pub fn new(frame: usize, labels: &[ClassId]) -> Self {
+        let labels: Vec<Label> = labels.iter().map(|&class| class.into()).collect();
+        Self::with_objects(frame, &labels)
+    }
+
+    /// Takes the class and object of every pixel of a frame, row-major `[height, width]`.
+    pub fn with_objects(frame: usize, labels: &[Label]) -> Self {
         let same = labels.chunk_by(|a, b| a == b);
         let runs = same.flat_map(|run| run.chunks(u16::MAX.into()));
-        let mut runs: Vec<(ClassId, u16)> = runs.map(|run| (run[0], run.len() as u16)).collect();
+        let mut runs: Vec<(Label, u16)> = runs.map(|run| (run[0], run.len() as u16)).collect();
         runs.shrink_to_fit();
         Self {
             frame,
@@ -86,11 +92,18 @@ impl ImportedMap {
     /// The class of every pixel, row-major: where there are probabilities, the likeliest.
     pub fn labels(&self) -> Vec<ClassId> {
         match &self.said {
-            Said::Runs(runs) => {
-                let run = |&(class, length): &(ClassId, u16)| std::iter::repeat_n(class, length.into());
-                runs.iter().flat_map(run).collect()
-            }
+            Said::Runs(runs) => of_pixels(runs, |label| label.class),
             Said::Probabilities(probabilities) => probabilities.labels(),
+        }
+    }
+
+    /// The object of every pixel, row-major; `None` where no pixel says one.
+    pub fn objects(&self) -> Option<Vec<Option<ObjectId>>> {
+        match &self.said {
+            Said::Runs(runs) if runs.iter().any(|(label, _)| label.object.is_some()) => {
+                Some(of_pixels(runs, |label| label.object))
+            }
+            _ => None,
         }
     }
 
@@ -113,7 +126,7 @@ impl ImportedMap {
     /// The classes of all pixels, with whatever probability, void not among them.
     pub fn classes(&self) -> BTreeSet<ClassId> {
         match &self.said {
-            Said::Runs(runs) => distinct(runs.iter().map(|&(class, _)| class)),
+            Said::Runs(runs) => distinct(runs.iter().map(|(label, _)| label.class)),
             Said::Probabilities(probabilities) => distinct(probabilities.classes()),
         }
     }
@@ -128,18 +141,26 @@ impl ImportedMap {
         }
     }
 
-    /// The image with other classes.
+    /// The image with other labels; probabilities have classes alone.
     #[must_use]
-    pub fn relabelled(&self, class: impl Fn(ClassId) -> ClassId) -> Self {
+    pub fn relabelled(&self, label: impl Fn(Label) -> Label) -> Self {
         let said = match &self.said {
-            Said::Runs(runs) => Said::Runs(runs.iter().map(|&(own, length)| (class(own), length)).collect()),
-            Said::Probabilities(probabilities) => Said::Probabilities(probabilities.relabelled(class)),
+            Said::Runs(runs) => Said::Runs(runs.iter().map(|&(own, length)| (label(own), length)).collect()),
+            Said::Probabilities(probabilities) => {
+                Said::Probabilities(probabilities.relabelled(|class| label(class.into()).class))
+            }
         };
         Self {
             frame: self.frame,
             said,
         }
     }
+}
+
+/// What the labels of runs have at every pixel.
+fn of_pixels<T: Clone>(runs: &[(Label, u16)], value: impl Fn(&Label) -> T) -> Vec<T> {
+    let run = |(label, length): &(Label, u16)| std::iter::repeat_n(value(label), (*length).into());
+    runs.iter().flat_map(run).collect()
 }
 
 /// The different classes among many, void left out.
@@ -171,11 +192,20 @@ impl ImportedLabels {
         self.maps.iter().flat_map(ImportedMap::classes).collect()
     }
 
-    /// The images with other classes.
+    /// The objects of all pixels.
+    pub fn objects(&self) -> BTreeSet<ObjectId> {
+        let runs = self.maps.iter().filter_map(|map| match &map.said {
+            Said::Runs(runs) => Some(runs),
+            Said::Probabilities(_) => None,
+        });
+        runs.flatten().filter_map(|(label, _)| label.object).collect()
+    }
+
+    /// The images with other labels; probabilities have classes alone.
     #[must_use]
-    pub fn relabelled(&self, class: impl Fn(ClassId) -> ClassId) -> Self {
+    pub fn relabelled(&self, label: impl Fn(Label) -> Label) -> Self {
         Self {
-            maps: self.maps.iter().map(|map| map.relabelled(&class)).collect(),
+            maps: self.maps.iter().map(|map| map.relabelled(&label)).collect(),
             trust: self.trust,
         }
     }
@@ -192,7 +222,15 @@ mod tests {
         let map = ImportedMap::new(2, &labels);
         assert_eq!((map.labels(), map.pixels()), (labels, 70_005));
         assert_eq!(map.classes(), [3, 7, 300].into());
-        let merged = map.relabelled(|class| if class == 3 { 300 } else { class });
+        let merged = map.relabelled(|label| if label.class == 3 { Label::from(300) } else { label });
         assert_eq!(merged.labels()[70_000..], [0, 0, 300, 300, 300]);
+        assert_eq!(merged.objects(), None);
+        let chair = Label {
+            class: 7,
+            object: ObjectId::new(2),
+        };
+        let told = ImportedMap::with_objects(0, &[Label::from(7), chair, chair, VOID.into()]);
+        assert_eq!(told.labels(), [7, 7, 7, VOID]);
+        assert_eq!(told.objects().unwrap(), [None, chair.object, chair.object, None]);
     }
 }

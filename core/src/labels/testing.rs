@@ -25,6 +25,7 @@ pub fn import_plain(history: &mut History, class: ClassId, trust: Trust) {
     history.import(LabelImages {
         labels: ImportedLabels { maps, trust },
         classes: Vec::new(),
+        objects: Vec::new(),
         unmatched: 0,
     });
 }

@@ -10,14 +10,18 @@ use super::columns::{execute, integer, rows, unsigned};
 use super::consistency::is_id;
 use super::error::Fault;
 use super::{SceneRecord, schema};
-use crate::labels::{ClassId, History, ImportId, ImportedLabels, ImportedMap, Probabilities, Trust, png};
+use crate::labels::{
+    ClassId, History, ImportId, ImportedLabels, ImportedMap, Label, ObjectId, Probabilities, Trust, VOID, png,
+};
 use crate::scene::ImageError;
+
+const IMPORTS: &str = "SELECT id, trust FROM import";
 
 /// The label images that a history names, and those in force.
 type Imports = (BTreeMap<ImportId, Arc<ImportedLabels>>, Option<ImportId>);
 
-/// The PNGs of a map: its labels, and the shares of its probabilities where it has them.
-type EncodedMap = (Vec<u8>, Option<Vec<u8>>);
+/// The PNGs of a map: its labels, and the shares of its probabilities and its objects where it has them.
+type EncodedMap = [Option<Vec<u8>>; 3];
 
 /// Replaces all label images by those of the frames that the project lists, and tells which are in force.
 pub(super) fn write_all(connection: &Connection, history: &History) -> rusqlite::Result<()> {
@@ -43,18 +47,29 @@ pub(super) fn write(connection: &Connection, id: ImportId, images: &ImportedLabe
     let encode = |map: &ImportedMap| {
         let Some(probabilities) = map.probabilities() else {
             let (width, height) = sizes.get(map.frame).copied().unwrap_or_default();
-            return Ok((png(width, height, &map.labels())?, None));
+            let objects = map.objects().map(|objects| {
+                let numbers = objects.iter().map(|object| object.map_or(0, ObjectId::number));
+                png(width, height, &numbers.collect::<Vec<u16>>())
+            });
+            return Ok([
+                Some(png(width, height, &map.labels())?),
+                None,
+                objects.transpose()?,
+            ]);
         };
         let [width, _] = probabilities.size();
         let (classes, steps) = probabilities.planes();
         let height = classes.len() as u32 / width;
-        Ok((png(width, height, &classes)?, Some(png(width, height, &steps)?)))
+        Ok([
+            Some(png(width, height, &classes)?),
+            Some(png(width, height, &steps)?),
+            None,
+        ])
     };
     let encoded: rusqlite::Result<Vec<EncodedMap>> = images.maps.par_iter().map(encode).collect();
-    let insert =
-        "INSERT OR REPLACE INTO imported_map (import, frame, labels, shares) VALUES (?1, ?2, ?3, ?4)";
-    for (map, (labels, shares)) in images.maps.iter().zip(encoded?) {
-        let row = params![integer(id.0), integer(map.frame), labels, shares];
+    let insert = "INSERT OR REPLACE INTO imported_map (import, frame, labels, shares, objects) VALUES (?1, ?2, ?3, ?4, ?5)";
+    for (map, [labels, shares, objects]) in images.maps.iter().zip(encoded?) {
+        let row = params![integer(id.0), integer(map.frame), labels, shares, objects];
         execute(connection, insert, row)?;
     }
     Ok(())
@@ -86,9 +101,10 @@ pub(super) fn read(connection: &Connection, scene: &SceneRecord) -> Result<Impor
     let (imports, maps) = match schema::version(connection)? {
         1 => return Ok((BTreeMap::new(), None)),
         2 => (schema::IMPORTS_OF_2, schema::MAPS_OF_2),
+        3 => (IMPORTS, schema::MAPS_OF_3),
         _ => (
-            "SELECT id, trust FROM import",
-            "SELECT import, frame, labels, shares FROM imported_map ORDER BY import, frame",
+            IMPORTS,
+            "SELECT import, frame, labels, shares, objects FROM imported_map ORDER BY import, frame",
         ),
     };
     let kinds = rows(connection, imports, |row| {
@@ -96,14 +112,14 @@ pub(super) fn read(connection: &Connection, scene: &SceneRecord) -> Result<Impor
     })?;
     let stored = rows(connection, maps, |row| {
         let id = ImportId(unsigned(row, 0)? as u64);
-        Ok((id, unsigned(row, 1)?, row.get(2)?, row.get(3)?))
+        Ok((id, unsigned(row, 1)?, [row.get(2)?, row.get(3)?, row.get(4)?]))
     })?;
-    let decode = |(id, frame, labels, shares): &(ImportId, usize, Vec<u8>, Option<Vec<u8>>)| {
+    let decode = |(id, frame, images): &(ImportId, usize, EncodedMap)| {
         let record = scene
             .frames
             .get(*frame)
             .ok_or(ImageError::Misfit("it is of no frame"))?;
-        let map = decoded(*frame, [record.width, record.height], labels, shares.as_deref())?;
+        let map = decoded(*frame, [record.width, record.height], images)?;
         Ok((*id, map))
     };
     let decoded: Result<Vec<(ImportId, ImportedMap)>, ImageError> = stored.par_iter().map(decode).collect();
@@ -135,13 +151,22 @@ pub(super) fn read(connection: &Connection, scene: &SceneRecord) -> Result<Impor
 fn decoded(
     frame: usize,
     size: [u32; 2],
-    labels: &[u8],
-    shares: Option<&[u8]>,
+    [labels, shares, objects]: &EncodedMap,
 ) -> Result<ImportedMap, ImageError> {
     let [width, height] = size;
+    let labels = labels.as_deref().unwrap_or_default();
     let Some(shares) = shares else {
         let labels = png::decode_gray_sized(labels, width, height)?;
-        return Ok(ImportedMap::new(frame, &labels));
+        let Some(objects) = objects else {
+            return Ok(ImportedMap::new(frame, &labels));
+        };
+        let objects = png::decode_gray_sized(objects, width, height)?;
+        let label = |(&class, &number): (&ClassId, &u16)| Label {
+            class,
+            object: ObjectId::new(number).filter(|_| class != VOID),
+        };
+        let labels: Vec<Label> = labels.iter().zip(&objects).map(label).collect();
+        return Ok(ImportedMap::with_objects(frame, &labels));
     };
     let misfit = || ImageError::Misfit("it fits no frame");
     // A plane for each of the classes that are kept, and at most a cell for each pixel.

@@ -13,16 +13,21 @@ const APPLICATION_ID: i64 = 0x494e_504c;
 
 const TABLES: &str = include_str!("schema/tables.sql");
 
-/// Label images from elsewhere, which version 2 brought. Version 3 made the trust a number, and has probabilities.
+/// Label images from elsewhere, which version 2 brought. Version 3 made the trust a number, and has probabilities; version
+/// 4 has objects.
 const IMPORTS: &str = include_str!("schema/imports.sql");
 
 /// The images of a file of version 2 as those of version 3, in its tables.
 pub(super) const IMPORTS_OF_2: &str =
     "SELECT id, CASE trust WHEN 'trusted' THEN 1.0 ELSE 0.5 END FROM import";
 pub(super) const MAPS_OF_2: &str =
-    "SELECT import, frame, labels, NULL FROM imported_map ORDER BY import, frame";
+    "SELECT import, frame, labels, NULL, NULL FROM imported_map ORDER BY import, frame";
 
-/// The objects that strokes name, which version 4 brought, with `class.thing`, `stroke.object` and `frame.checked`.
+/// The images of a file of version 3 as those of version 4.
+pub(super) const MAPS_OF_3: &str =
+    "SELECT import, frame, labels, shares, NULL FROM imported_map ORDER BY import, frame";
+
+/// The objects, which version 4 brought, with `class.thing`, `stroke.object`, `imported_map.objects` and `frame.checked`.
 const OBJECTS: &str = include_str!("schema/objects.sql");
 
 /// Makes the tables of the current version in an empty database.
@@ -94,6 +99,7 @@ fn upgrade(connection: &Connection) -> rusqlite::Result<()> {
              INSERT INTO imported_map SELECT * FROM imported_map_of_2;
              DROP TABLE import_of_2; DROP TABLE imported_map_of_2;"
         ),
+        3 => "ALTER TABLE imported_map ADD COLUMN objects BLOB;".to_owned(),
         _ => String::new(),
     };
     connection.execute_batch(&format!(

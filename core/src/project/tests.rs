@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use super::*;
 use crate::labels::{
-    ImportedLabels, ImportedMap, LabelImages, LabelSet, Likeliest, Object, ObjectId, Probabilities, Stroke,
-    Trust,
+    ImportedLabels, ImportedMap, Label, LabelImages, LabelSet, Likeliest, Object, ObjectId, Probabilities,
+    Stroke, Trust,
 };
 use crate::scene::{Camera, Frame, OpenOptions, Scene, SceneSource, testing};
 use crate::semantics::KnownPart;
@@ -153,19 +153,35 @@ fn a_project_comes_back_as_it_was_is_open_once_and_undo_and_redo_go_on() {
     assert_eq!(again.history.redo_name(), None);
 }
 
-/// Label images of the frames a and c.
+/// Label images of the frames a and c, the first of which shows an object.
 fn images(class: u16) -> LabelImages {
+    let stool = Object {
+        id: ObjectId::new(9).unwrap(),
+        class,
+        name: "stool".to_owned(),
+    };
+    let label = Label {
+        class,
+        object: Some(stool.id),
+    };
     let maps = vec![
-        ImportedMap::new(0, &[class; 6]),
+        ImportedMap::with_objects(
+            0,
+            &[class.into(), label, label, class.into(), label, Label::from(2)],
+        ),
         ImportedMap::new(2, &[0, 1, 2, 300, 2, 1]),
     ];
-    label_images(maps, Trust::VOTES)
+    LabelImages {
+        objects: vec![stool],
+        ..label_images(maps, Trust::VOTES)
+    }
 }
 
 fn label_images(maps: Vec<ImportedMap>, trust: Trust) -> LabelImages {
     LabelImages {
         labels: ImportedLabels { maps, trust },
         classes: Vec::new(),
+        objects: Vec::new(),
         unmatched: 0,
     }
 }

@@ -1,13 +1,13 @@
 //! Whole label images on the surface: trusted pixels by shortest paths, votes by diffusion.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use super::posterior::votes_weight;
-use super::{CERTAIN, NodeVotes, Surface};
-use crate::labels::{ClassId, ImportedLabels, LabelSet, VOID};
+use super::{CERTAIN, NodeVotes, ObjectVotes, Surface};
+use crate::labels::{ClassId, ImportedLabels, Label, LabelSet, ObjectId, VOID};
 
 /// Probability from which pixels keep the class of their node where the image would decide: many pixels of label images
 /// agree there, also along borders. It falls with the share of random votes by this much, as those leave less for the
@@ -20,57 +20,90 @@ const LESS_IF_RANDOM: f32 = 0.5;
 #[derive(Clone, Debug)]
 pub struct SurfaceImport {
     images: Arc<ImportedLabels>,
-    /// The classes of the images.
-    in_images: BTreeSet<ClassId>,
-    /// Those of them that the label set has, ascending.
-    classes: Vec<ClassId>,
+    /// The classes and objects of the images.
+    in_images: (BTreeSet<ClassId>, BTreeSet<ObjectId>),
+    known: Known,
     on_nodes: NodeAnswers,
     sure: u16,
 }
 
 #[derive(Clone, Debug)]
 enum NodeAnswers {
-    /// The class of each node with trusted pixels, and the images without the classes that the label set lacks.
-    Trusted(FxHashMap<u32, ClassId>, Arc<ImportedLabels>),
-    /// Class probabilities `[nodes, classes]`, times the weight that follows from the trust.
-    Votes(Vec<f32>),
+    /// The label of each node with trusted pixels, and the images without what the label set lacks.
+    Trusted(FxHashMap<u32, Label>, Arc<ImportedLabels>),
+    /// Class probabilities `[nodes, classes]`, times the weight that follows from the trust, and the objects.
+    Votes(Vec<f32>, Option<Arc<ObjectVotes>>),
+}
+
+/// What of the images' classes and objects a label set has, too.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Known {
+    /// Ascending.
+    classes: Vec<ClassId>,
+    /// Those of things, with their classes.
+    objects: BTreeMap<ObjectId, ClassId>,
+}
+
+impl Known {
+    fn new((classes, objects): &(BTreeSet<ClassId>, BTreeSet<ObjectId>), labels: &LabelSet) -> Self {
+        let known = |class: &ClassId| labels.class(*class).is_some();
+        let is_thing = |class| labels.class(class).is_some_and(|class| class.thing);
+        let listed = labels
+            .objects
+            .iter()
+            .filter(|object| objects.contains(&object.id));
+        let things = listed.filter(|object| is_thing(object.class));
+        Self {
+            classes: classes.iter().copied().filter(known).collect(),
+            objects: things.map(|object| (object.id, object.class)).collect(),
+        }
+    }
+
+    /// What is left of a label.
+    fn label(&self, Label { class, object }: Label) -> Label {
+        if self.classes.binary_search(&class).is_err() {
+            return VOID.into();
+        }
+        let object = object.filter(|object| self.objects.get(object) == Some(&class));
+        Label { class, object }
+    }
 }
 
 impl SurfaceImport {
     /// Propagates the imported images of a label set over a surface; `None` where there are none.
     pub fn new(surface: &Surface, labels: &LabelSet) -> Option<Self> {
         let images = Arc::clone(labels.imported.as_ref()?);
-        let in_images = images.classes();
-        let classes = shared_classes(&in_images, labels);
-        let votes = NodeVotes::count(surface, &classes, &images);
+        let in_images = (images.classes(), images.objects());
+        let known = Known::new(&in_images, labels);
+        let votes = NodeVotes::count(surface, &known.classes, &images);
         let sure = SURE * (1.0 - LESS_IF_RANDOM * votes.random_share());
+        let is_all = (known.classes.len(), known.objects.len()) == (in_images.0.len(), in_images.1.len());
+        let shown = match is_all {
+            true => Arc::clone(&images),
+            false => Arc::new(images.relabelled(|label| known.label(label))),
+        };
+        let seeds = votes.majority_labels(surface, &shown);
         let on_nodes = if images.trust.is_right() {
-            let known = |class: ClassId| if classes.contains(&class) { class } else { VOID };
-            let shown = if classes.len() == in_images.len() {
-                Arc::clone(&images)
-            } else {
-                Arc::new(images.relabelled(known))
-            };
-            NodeAnswers::Trusted(votes.majority(), shown)
+            NodeAnswers::Trusted(seeds, shown)
         } else {
             let weight = votes_weight(images.trust);
             let mut probabilities = votes.probabilities(surface);
             probabilities.iter_mut().for_each(|share| *share *= weight);
-            NodeAnswers::Votes(probabilities)
+            NodeAnswers::Votes(probabilities, ObjectVotes::new(surface, &seeds).map(Arc::new))
         };
         Some(Self {
             images,
             in_images,
-            classes,
+            known,
             on_nodes,
             sure: (sure * f32::from(CERTAIN)) as u16,
         })
     }
 
-    /// Whether these are the images of a label set, with the same classes.
+    /// Whether these are the images of a label set, with the same classes and objects.
     pub fn is_of(&self, labels: &LabelSet) -> bool {
         let same = |images: &Arc<ImportedLabels>| Arc::ptr_eq(images, &self.images);
-        labels.imported.as_ref().is_some_and(same) && shared_classes(&self.in_images, labels) == self.classes
+        labels.imported.as_ref().is_some_and(same) && Known::new(&self.in_images, labels) == self.known
     }
 
     /// Confidence, in parts of [`CERTAIN`], from which pixels keep the class of their node where depth is estimated.
@@ -82,33 +115,41 @@ impl SurfaceImport {
     pub fn trusted(&self) -> Option<&Arc<ImportedLabels>> {
         match &self.on_nodes {
             NodeAnswers::Trusted(_, shown) => Some(shown),
-            NodeAnswers::Votes(_) => None,
+            NodeAnswers::Votes(..) => None,
         }
     }
 
-    /// The class of each node with trusted pixels.
-    pub fn seeds(&self) -> impl Iterator<Item = (u32, ClassId)> + '_ {
+    /// The label of each node with trusted pixels.
+    pub fn seeds(&self) -> impl Iterator<Item = (u32, Label)> + '_ {
         let seeds = match &self.on_nodes {
             NodeAnswers::Trusted(seeds, _) => Some(seeds),
-            NodeAnswers::Votes(_) => None,
+            NodeAnswers::Votes(..) => None,
         };
-        seeds.into_iter().flatten().map(|(&node, &class)| (node, class))
+        seeds.into_iter().flatten().map(|(&node, &label)| (node, label))
+    }
+
+    /// The objects by votes, where images that are votes say any.
+    pub fn objects(&self) -> Option<&ObjectVotes> {
+        match &self.on_nodes {
+            NodeAnswers::Trusted(..) => None,
+            NodeAnswers::Votes(_, objects) => objects.as_deref(),
+        }
     }
 
     /// Weights of these classes at every node by votes, `[nodes, classes]`: probabilities times the weight of the
     /// images, which is 1 for [`Trust::VOTES`](crate::labels::Trust::VOTES). `None` where nothing is voted for: the images
     /// are trusted, or the label set has none of their classes.
     pub fn votes(&self, classes: &[ClassId]) -> Option<Vec<f32>> {
-        let NodeAnswers::Votes(probabilities) = &self.on_nodes else {
+        let NodeAnswers::Votes(probabilities, _) = &self.on_nodes else {
             return None;
         };
-        let own = self.classes.len();
+        let own = self.known.classes.len();
         if own == 0 {
             return None;
         }
         let columns: Vec<Option<usize>> = classes
             .iter()
-            .map(|class| self.classes.iter().position(|own| own == class))
+            .map(|class| self.known.classes.iter().position(|own| own == class))
             .collect();
         let rows = probabilities.chunks_exact(own);
         let all = rows.flat_map(|row| {
@@ -118,12 +159,6 @@ impl SurfaceImport {
         });
         Some(all.collect())
     }
-}
-
-/// The classes of the images that the label set has too, ascending.
-fn shared_classes(in_images: &BTreeSet<ClassId>, labels: &LabelSet) -> Vec<ClassId> {
-    let known = |class: &ClassId| labels.class(*class).is_some();
-    in_images.iter().copied().filter(known).collect()
 }
 
 #[cfg(test)]

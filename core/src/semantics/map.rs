@@ -7,7 +7,7 @@ use super::borders::nodes_at_borders;
 use super::posterior::NodeSummary;
 use super::superpixels::nodes_along_edges;
 use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceObjects};
-use crate::labels::{ClassId, ImportedLabels, Label, ObjectId, Pixel, VOID};
+use crate::labels::{ClassId, ImportedLabels, ImportedMap, Label, ObjectId, Pixel, VOID};
 use crate::scene::{Frame, Scene};
 
 /// Dense labels of one frame, row-major `[height, width]`.
@@ -119,14 +119,28 @@ impl OnSurface {
     }
 
     /// The number of every pixel's object, 0 where it has none: that of its node, if that has the pixel's class, or that
-    /// of the stroke that painted it.
-    fn objects(&self, nodes: &[u32], labels: &[ClassId], objects: &SurfaceObjects) -> Vec<u16> {
+    /// of the trusted image or of the stroke that painted it.
+    fn objects(
+        &self,
+        frame: usize,
+        (nodes, labels): (&[u32], &[ClassId]),
+        objects: &SurfaceObjects,
+    ) -> Vec<u16> {
         let known = &self.posterior.labels;
         let of_node = |(&node, &label): (&u32, &ClassId)| match known.get(node as usize) {
             Some(&class) if class == label => objects.of_node(node).map_or(0, ObjectId::number),
             _ => 0,
         };
         let mut pixels: Vec<u16> = nodes.iter().zip(labels).map(of_node).collect();
+        let image = self.trusted(frame, pixels.len());
+        if let Some((image, objects)) = image.and_then(|image| Some((image, image.objects()?))) {
+            let said = image.labels().into_iter().zip(objects);
+            for ((pixel, label), (class, object)) in pixels.iter_mut().zip(labels).zip(said) {
+                if let Some(object) = object.filter(|_| *label == class) {
+                    *pixel = object.number();
+                }
+            }
+        }
         for (pixel, label) in &self.painted {
             let is_shown = labels[*pixel as usize] == label.class;
             if let Some(object) = label.object.filter(|_| is_shown) {
@@ -134,6 +148,12 @@ impl OnSurface {
             }
         }
         pixels
+    }
+
+    /// The trusted image of a frame with this number of pixels.
+    fn trusted(&self, frame: usize, pixels: usize) -> Option<&ImportedMap> {
+        let image = self.trusted.as_deref()?.of_frame(frame);
+        image.filter(|image| image.pixels() == pixels)
     }
 
     /// The value of every pixel: that of its node, or that of pixels without one; labelled pixels have what `said`
@@ -146,8 +166,7 @@ impl OnSurface {
         said: impl Fn(ClassId) -> u16,
     ) -> Vec<u16> {
         let mut pixels = of_nodes(nodes, values);
-        let image = self.trusted.as_deref().and_then(|images| images.of_frame(frame));
-        if let Some(image) = image.filter(|image| image.pixels() == pixels.len()) {
+        if let Some(image) = self.trusted(frame, pixels.len()) {
             for (pixel, class) in pixels.iter_mut().zip(image.labels()) {
                 if class != VOID {
                     *pixel = said(class);
@@ -253,7 +272,7 @@ impl FrameMap {
         let nodes = shown.nodes(self.frame);
         let labels = shown.labels(self.frame, &nodes);
         let pixels = MapPixels::Listed {
-            objects: objects.map(|objects| shown.objects(&nodes, &labels, objects)),
+            objects: objects.map(|objects| shown.objects(self.frame, (&nodes, &labels), objects)),
             labels,
             entropy: shown.entropy(self.frame, &nodes),
             likelihood: Some(Likelihood {

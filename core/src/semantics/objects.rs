@@ -331,11 +331,11 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::labels::{History, LabelSet, Stroke};
+    use crate::labels::{History, ImportedLabels, ImportedMap, Label, LabelImages, LabelSet, Stroke, Trust};
     use crate::scene::Scene;
     use crate::scene::testing::wall;
     use crate::semantics::testing::{node, propagated};
-    use crate::semantics::{FrameMap, LabelPropagation, Look, Node, SurfaceGraph};
+    use crate::semantics::{FrameMap, LabelPropagation, Look, Node, SurfaceGraph, SurfaceImport};
 
     /// Squares of 10 x 10 nodes, 5 cm apart, which begin at these places.
     fn squares(places: &[f32]) -> Surface {
@@ -601,6 +601,68 @@ mod tests {
         changed.undo().unwrap();
         propagation.set_labels(&scene, changed.labels());
         assert_eq!(propagation.posterior(), propagated(&scene, &labels).posterior());
+    }
+
+    #[test]
+    fn imported_objects_have_what_images_say_in_all_frames_until_strokes_say_otherwise() {
+        let scene = Arc::new(wall(5, 64, 48));
+        let panel = |number| Object {
+            id: ObjectId::new(number).unwrap(),
+            class: 1,
+            name: format!("panel {number}"),
+        };
+        for trust in [Trust::VOTES, Trust::RIGHT] {
+            let map = |frame| {
+                let halves = crate::semantics::testing::truth(&scene, frame);
+                let label = |number| Label {
+                    class: 1,
+                    object: ObjectId::new(10 * number),
+                };
+                ImportedMap::with_objects(frame, &halves.into_iter().map(label).collect::<Vec<_>>())
+            };
+            let mut history = History::default();
+            history.import(LabelImages {
+                labels: ImportedLabels {
+                    maps: (0..3).map(map).collect(),
+                    trust,
+                },
+                classes: vec![Class::new(1, "panel")],
+                objects: vec![panel(10), panel(20)],
+                unmatched: 0,
+            });
+            let mut propagation = propagated(&scene, history.labels());
+            let mut follow = |history: &History| {
+                propagation.set_labels(&scene, history.labels());
+                if !propagation.has_import_of(history.labels()) {
+                    let import = SurfaceImport::new(propagation.surface(), history.labels());
+                    propagation.set_import(import.unwrap());
+                }
+                [3, 4].map(|frame| pixels(&propagation, history.labels(), &scene, frame))
+            };
+            let imported = follow(&history);
+            for (frame, objects) in [3, 4].into_iter().zip(&imported) {
+                let truth = crate::semantics::testing::truth(&scene, frame);
+                let wrong = objects
+                    .iter()
+                    .zip(&truth)
+                    .filter(|(object, half)| **object != 10 * **half);
+                assert!(wrong.count() < truth.len() / 20, "{trust:?}");
+            }
+            // A stroke of the class alone leaves the objects as they are; one of a new object has what is near.
+            history.add_stroke(Stroke::click(3, 1, [10, 24]));
+            assert!(follow(&history) == imported, "{trust:?}");
+            let (new, _) = history.add_object(Stroke::click(3, 1, [12, 24]), &[]).unwrap();
+            let place = 24 * 64 + 12;
+            let [divided, _] = follow(&history);
+            assert_eq!((divided[place], imported[0][place]), (new.number(), 10));
+            assert_eq!(divided[24 * 64 + 60], 20, "beyond the edge");
+            history.undo().unwrap();
+            assert!(follow(&history) == imported, "{trust:?}");
+            let mut class = history.labels().classes[0].clone();
+            class.thing = false;
+            history.change_class(class).unwrap();
+            assert!(follow(&history).iter().flatten().all(|&object| object == 0));
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{ClassGeodesics, Likeness};
+use super::{ClassGeodesics, Likeness, ObjectVotes};
 use crate::labels::{ClassId, ObjectId, Trust, VOID};
 
 /// Steps of a stored entropy, per nat.
@@ -96,13 +96,15 @@ impl Posterior {
             self.runners_up[node] = row.runner_up;
             self.distances[node] = row.nearest;
         }
-        let geodesics = evidence.geodesics;
-        let telling = geodesics
-            .seeds()
-            .iter()
-            .filter(|(_, label)| label.object.is_some());
-        self.telling = telling.map(|(&node, _)| node).collect();
+        let said = evidence.geodesics.seeds().iter();
+        let said = said.filter(|(_, label)| label.object.is_some());
+        self.telling = said.map(|(&node, _)| node).collect();
         self.telling.sort_unstable();
+        if let Some(votes) = evidence.objects {
+            self.telling.extend(votes.telling(&self.labels));
+            // Two ascending lists are merged.
+            self.telling.sort();
+        }
         if self.telling.is_empty() {
             self.objects = Vec::new();
             return;
@@ -110,7 +112,7 @@ impl Posterior {
         // All other nodes have the nearest label that they had, which said no object where none did.
         self.objects.resize(self.labels.len(), None);
         for &node in nodes {
-            self.objects[node as usize] = geodesics.object(self.labels[node as usize], node);
+            self.objects[node as usize] = weights.object(node, self.labels[node as usize]);
         }
     }
 }
@@ -131,6 +133,8 @@ pub struct Evidence<'a> {
     pub likeness: Option<&'a Likeness>,
     /// Votes, weighted probabilities `[nodes, classes]`.
     pub votes: Option<&'a [f32]>,
+    /// The objects by votes.
+    pub objects: Option<&'a ObjectVotes>,
     /// Weights by the semantic prior, positive, `[nodes, classes]`.
     pub prior: Option<&'a [f32]>,
 }
@@ -143,6 +147,7 @@ impl<'a> Evidence<'a> {
             geodesics,
             likeness: None,
             votes: None,
+            objects: None,
             prior: None,
         }
     }
@@ -179,6 +184,26 @@ impl<'a> Weights<'a> {
     pub(crate) fn prior(&self, node: usize, class: usize) -> f32 {
         let index = node * self.fields.len() + class;
         self.evidence.prior.map_or(1.0, |prior| prior[index])
+    }
+
+    /// The object of a node of this class: that of its nearest label, or by votes where that says none or weighs less than
+    /// they do.
+    fn object(&self, node: u32, class: ClassId) -> Option<ObjectId> {
+        let Evidence {
+            classes,
+            geodesics,
+            votes,
+            objects,
+            ..
+        } = self.evidence;
+        let said = geodesics.object(class, node);
+        let Some(voted) = objects.and_then(|objects| objects.object(class, node)) else {
+            return said;
+        };
+        let column = classes.iter().position(|other| *other == class)?;
+        let near = self.fields[column].map_or(0.0, |field| weight_at(field[node as usize]));
+        let shares = votes.map_or(0.0, |votes| votes[node as usize * classes.len() + column]);
+        said.filter(|_| near > voted_weight(shares)).or(Some(voted))
     }
 
     /// Fills in the weights of the classes at a node; returns the two smallest distances as they count.
@@ -232,7 +257,6 @@ fn fill_weights(
 ) -> [f32; 2] {
     let votes = votes.filter(|row| row.iter().any(|&share| share > 0.0));
     let unknown = (HORIZON + SOFTNESS).powi(-POWER) / weights.len().max(1) as f32;
-    let voted = (VOTES_HORIZON + SOFTNESS).powi(-POWER);
     let mut nearest = [f32::INFINITY; 2];
     for (class, (weight, field)) in weights.iter_mut().zip(fields).enumerate() {
         let mut distance = field.map_or(f32::INFINITY, |field| {
@@ -240,7 +264,7 @@ fn fill_weights(
         });
         let near = weight_at(distance);
         if let Some(votes) = votes {
-            *weight = near + voted * votes[class];
+            *weight = near + voted_weight(votes[class]);
             distance = (weight.powf(-1.0 / POWER as f32) - SOFTNESS).max(0.0);
         } else {
             *weight = near + unknown;
@@ -262,6 +286,11 @@ pub(super) fn stretch(gap: f32) -> f32 {
 /// The distance to a class as it counts where the surface is unlike the class.
 pub(crate) fn stretched(distance: f32, stretch: f32) -> f32 {
     (distance + SOFTNESS) * stretch - SOFTNESS
+}
+
+/// The weight of a class by this share of the votes.
+fn voted_weight(share: f32) -> f32 {
+    share * weight_at(VOTES_HORIZON)
 }
 
 /// The weight of a class at this distance.

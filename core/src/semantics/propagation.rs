@@ -207,6 +207,7 @@ impl LabelPropagation {
             geodesics: &self.geodesics,
             likeness: self.looks_count().then_some(&self.likeness),
             votes: self.votes.as_deref(),
+            objects: self.import.as_ref().and_then(SurfaceImport::objects),
             prior: self.prior.as_ref().and_then(|prior| prior.on(&self.classes)),
         }
     }
@@ -313,7 +314,12 @@ impl LabelPropagation {
                 .evidence()
                 .likeness
                 .map(|likeness| likeness.labelled().clone()),
-            imported: self.import.iter().flat_map(SurfaceImport::seeds).collect(),
+            imported: self
+                .import
+                .iter()
+                .flat_map(SurfaceImport::seeds)
+                .map(|(node, label)| (node, label.class))
+                .collect(),
             votes: self.votes.clone(),
         }
     }
@@ -353,7 +359,8 @@ impl LabelPropagation {
         }
     }
 
-    /// The label of each labelled node: that of the latest stroke on it, or else the class by trusted images.
+    /// The label of each labelled node: that of the latest stroke on it, or else that by trusted images. A stroke that says
+    /// only the class leaves the object to them.
     fn seeds(&self) -> FxHashMap<u32, Label> {
         let mut latest: FxHashMap<u32, (ClassId, StrokeId)> = FxHashMap::default();
         for &(node, stroke, class) in self.sources.values().flatten() {
@@ -363,8 +370,13 @@ impl LabelPropagation {
             }
         }
         let imported = self.import.iter().flat_map(SurfaceImport::seeds);
-        let mut seeds: FxHashMap<u32, Label> = imported.map(|(node, class)| (node, class.into())).collect();
-        seeds.extend(latest.into_iter().map(|(node, said)| (node, self.label(said))));
+        let mut seeds: FxHashMap<u32, Label> = imported.collect();
+        for (node, said) in latest {
+            let label = self.label(said);
+            let imported = seeds.get(&node).filter(|imported| imported.class == label.class);
+            let object = label.object.or(imported.and_then(|imported| imported.object));
+            seeds.insert(node, Label { object, ..label });
+        }
         seeds
     }
 }

@@ -26,12 +26,32 @@ fn known() -> Vec<Class> {
 const LISTED: &str = r#"[{"id": 0, "name": "void"}, {"id": 4, "name": "floor", "color": [10, 20, 30]},
     {"id": 9, "name": "door", "color": [200, 0, 0]}]"#;
 
-/// Writes the folders `plain` and `listed`, the second with a list of classes.
+/// `objects.json` of a folder.
+const OBJECTS_LISTED: &str = r#"[{"id": 1, "class_id": 4, "class_name": "floor", "thing": false},
+    {"id": 2, "class_id": 9, "name": "the door"}, {"id": 300, "class_id": 5, "class_name": "chair"}]"#;
+
+/// Writes the folders `plain`, `listed`, with a list of classes, and `numbers`, with a list of objects.
 fn prepare(folder: &Path) {
-    for name in ["plain", "listed"] {
+    for name in ["plain", "listed", "numbers"] {
         fs::create_dir(folder.join(name)).expect("the temporary folder can be written");
     }
-    fs::write(folder.join("listed/classes.json"), LISTED).expect("the temporary folder can be written");
+    for (name, list) in [
+        ("listed/classes.json", LISTED),
+        ("numbers/objects.json", OBJECTS_LISTED),
+    ] {
+        fs::write(folder.join(name), list).expect("the temporary folder can be written");
+    }
+}
+
+/// Writes a folder `objects` with numbers from 0 to 5 for each frame.
+fn prepare_numbers(folder: &Path) {
+    let [width, height] = SIZE;
+    let image = image::GrayImage::from_fn(width, height, |x, _| image::Luma([x as u8 % 6]));
+    fs::create_dir(folder.join("objects")).expect("the temporary folder can be written");
+    for frame in &SCENE.frames {
+        let path = folder.join(format!("objects/{}.png", frame.stem));
+        image.save(path).expect("the temporary folder can be written");
+    }
 }
 
 /// Reads a folder as a person would, and asserts what holds of whatever comes of it.
@@ -58,8 +78,17 @@ fn read(folder: &Path, trust: Trust) -> Option<LabelImages> {
     let imported = labels.imported.as_ref().expect("the images were imported");
     let named = |id| labels.class(id).is_some_and(|class| !class.name.is_empty());
     assert!(imported.classes().into_iter().all(named), "{:?}", labels.classes);
+    let listed = |id| {
+        labels
+            .object(id)
+            .is_some_and(|object| labels.class(object.class).is_some())
+    };
+    assert!(imported.objects().into_iter().all(listed), "{:?}", labels.objects);
     assert!(history.undo().is_some());
-    assert_eq!(history.labels().classes, known());
+    assert_eq!(
+        (&history.labels().classes, history.labels().objects.len()),
+        (&known(), 0)
+    );
     Some(images)
 }
 
@@ -85,9 +114,10 @@ fn check_map(map: &ImportedMap) {
     }
 }
 
-/// Asserts what holds of the same file of both frames, in a folder without a list of classes and in one with it.
+/// Asserts what holds of the same file of both frames, in a folder without a list, in one with a list of classes, and in one
+/// with a list of objects.
 fn check(folder: &Path, extension: &str, bytes: &[u8]) {
-    for name in ["plain", "listed"] {
+    for name in ["plain", "listed", "numbers"] {
         let folder = folder.join(name);
         for frame in &SCENE.frames {
             let path = folder.join(format!("{}.{extension}", frame.stem));
@@ -112,4 +142,10 @@ pub(super) const ARRAY: Parser = Parser::new("imported_npy", prepare, |folder, b
 /// An archive with an array of probabilities.
 pub(super) const ARCHIVE: Parser = Parser::new("imported_npz", prepare, |folder, bytes| {
     check(folder, "npz", bytes);
+});
+
+/// A list of objects.
+pub(super) const OBJECTS: Parser = Parser::new("imported_objects", prepare_numbers, |folder, bytes| {
+    fs::write(folder.join("objects.json"), bytes).expect("the temporary folder can be written");
+    read(folder, Trust::VOTES);
 });

@@ -24,6 +24,7 @@ fn images(trust: Trust) -> LabelImages {
     LabelImages {
         labels: ImportedLabels { maps, trust },
         classes: Vec::new(),
+        objects: Vec::new(),
         unmatched: 0,
     }
 }

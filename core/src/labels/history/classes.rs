@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::History;
-use crate::labels::{Class, ClassId, Edit, ImportChange, ImportedLabels, Stroke, StrokeChange, VOID};
+use crate::labels::{Class, ClassId, Edit, ImportChange, ImportedLabels, Label, Stroke, StrokeChange, VOID};
 
 /// What became of classes that were to be added.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -109,7 +109,11 @@ impl History {
         let name = format!("merge class {} into {}", source.name, target.name);
         let says = |images: &&Arc<ImportedLabels>| images.classes().contains(&from);
         let images = self.labels.imported.as_ref().filter(says);
-        let images = images.map(|images| images.relabelled(|class| if class == from { into } else { class }));
+        let becomes = |label: Label| match label.class == from {
+            true => Label { class: into, ..label },
+            false => label,
+        };
+        let images = images.map(|images| images.relabelled(becomes));
         let imported = images.map(|images| self.change_import(Some(images)));
         Some(self.remove_class(from, name, Some(into), imported))
     }

@@ -1,10 +1,13 @@
 //! Edits of the label images from elsewhere, and those images themselves.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::History;
-use crate::labels::{Class, Edit, ImportChange, ImportId, ImportedLabels, LabelImages};
+use super::objects::unused;
+use crate::labels::{
+    Class, ClassId, Edit, ImportChange, ImportId, ImportedLabels, Label, LabelImages, Object, ObjectId,
+};
 
 impl History {
     /// The same history with the label images that its edits name; `imported` are those in force.
@@ -44,7 +47,8 @@ impl History {
     /// Takes label images from elsewhere over, in place of earlier ones.
     ///
     /// An id that comes with a name is the class of that name (capitals aside), and otherwise a new class, with
-    /// another id if its own is taken. An id without a name is the class with that id, or a new one.
+    /// another id if its own is taken. An id without a name is the class with that id, or a new one. In the same way an
+    /// object is that of its name and class, or a new one.
     pub fn import(&mut self, images: LabelImages) -> Edit {
         let what = if images.labels.trust.is_right() {
             "labels"
@@ -75,24 +79,102 @@ impl History {
             becomes.insert(named.id, id);
             classes.push(Class { id, ..named.clone() });
         }
-        let images = images
-            .labels
-            .relabelled(|class| becomes.get(&class).copied().unwrap_or(class));
-        let imported = self.change_import(Some(images));
+        let class = |id: ClassId| becomes.get(&id).copied().unwrap_or(id);
+        let mut objects = self.labels.objects.clone();
+        let same = self.imported_objects(&images.objects, &mut objects, class);
+        let labels = images.labels.relabelled(|label| Label {
+            class: class(label.class),
+            object: label.object.and_then(|id| same.get(&id).copied()),
+        });
+        let objects = self.objects_after(Some(&labels), objects);
+        let imported = self.change_import(Some(labels));
         self.commit(Edit {
             name: format!("import {what}"),
             classes: (before != classes).then_some((before, classes)),
+            objects,
             imported: Some(imported),
             ..Edit::default()
         })
     }
 
+    /// The ids that the objects of images get, which are added to the list where it lacks them. Their classes become those
+    /// by `class`. One for which there is no number left is missing.
+    fn imported_objects(
+        &self,
+        imported: &[Object],
+        listed: &mut Vec<Object>,
+        class: impl Fn(ClassId) -> ClassId,
+    ) -> BTreeMap<ObjectId, ObjectId> {
+        let ids = listed
+            .iter()
+            .map(|object| ((object.class, object.name.clone()), object.id));
+        let mut known: BTreeMap<(ClassId, String), ObjectId> = ids.collect();
+        let mut used: BTreeSet<ObjectId> = listed.iter().map(|object| object.id).collect();
+        let mut ever: BTreeMap<ObjectId, BTreeSet<(ClassId, &str)>> = BTreeMap::new();
+        for object in self.objects_ever() {
+            let names = ever.entry(object.id).or_default();
+            names.insert((object.class, &object.name));
+        }
+        let mut same = BTreeMap::new();
+        let mut displaced = Vec::new();
+        for object in imported {
+            let own = Object {
+                class: class(object.class),
+                ..object.clone()
+            };
+            let is_another = |name: &(ClassId, &str)| *name != (own.class, own.name.as_str());
+            let had = ever.get(&own.id);
+            if let Some(id) = known.remove(&(own.class, own.name.clone())) {
+                same.insert(own.id, id);
+            } else if used.contains(&own.id) || had.is_some_and(|names| names.iter().any(is_another)) {
+                displaced.push(own);
+            } else {
+                used.insert(own.id);
+                same.insert(own.id, own.id);
+                listed.push(own);
+            }
+        }
+        // Only now, so that no number is given that an image brings.
+        used.extend(ever.into_keys());
+        for own in displaced {
+            if let Some(id) = unused(&used) {
+                used.insert(id);
+                same.insert(own.id, id);
+                listed.push(Object { id, ..own });
+            }
+        }
+        same
+    }
+
+    /// The list of objects before and after these images are the ones in force, `listed` without those that only the images
+    /// of before said; `None` where nothing changes.
+    fn objects_after(
+        &self,
+        images: Option<&ImportedLabels>,
+        mut listed: Vec<Object>,
+    ) -> Option<(Vec<Object>, Vec<Object>)> {
+        let before = self.labels.imported.as_ref();
+        let mut gone = before.map_or_else(BTreeSet::new, |images| images.objects());
+        gone.retain(|id| {
+            let mut strokes = self.labels.strokes.values();
+            !strokes.any(|stroke| stroke.object == Some(*id))
+        });
+        if let Some(images) = images {
+            let said = images.objects();
+            gone.retain(|id| !said.contains(id));
+        }
+        listed.retain(|object| !gone.contains(&object.id));
+        (listed != self.labels.objects).then(|| (self.labels.objects.clone(), listed))
+    }
+
     /// Removes the label images from elsewhere; `None` when there are none.
     pub fn remove_imported(&mut self) -> Option<Edit> {
         self.imported?;
+        let objects = self.objects_after(None, self.labels.objects.clone());
         let imported = self.change_import(None);
         Some(self.commit(Edit {
             name: "remove imported labels".to_owned(),
+            objects,
             imported: Some(imported),
             ..Edit::default()
         }))
@@ -117,7 +199,7 @@ impl History {
 mod tests {
     use super::*;
     use crate::labels::history::tests::history;
-    use crate::labels::{ImportedMap, Trust};
+    use crate::labels::{FoundObject, ImportedMap, Stroke, Trust};
 
     #[test]
     fn an_import_is_undone_redone_merged_and_removed_like_any_edit() {
@@ -132,6 +214,7 @@ mod tests {
         let edit = history.import(LabelImages {
             labels: images.clone(),
             classes: vec![Class::new(9, "lamp")],
+            objects: Vec::new(),
             unmatched: 0,
         });
         let (id, brought) = history.brought_by(&edit).unwrap();
@@ -159,5 +242,104 @@ mod tests {
         assert!(history.labels().imported.is_none());
         history.add_class("door");
         assert!(history.imports().0.is_empty(), "images of forgotten edits stay");
+    }
+
+    /// Images with a chair and a stool, by these numbers.
+    fn seats([chair, stool]: [u16; 2]) -> LabelImages {
+        let id = |number| ObjectId::new(number).unwrap();
+        let object = |(number, name): (u16, &str)| Object {
+            id: id(number),
+            class: 5,
+            name: name.to_owned(),
+        };
+        let label = |number| Label {
+            class: 5,
+            object: Some(id(number)),
+        };
+        let maps = vec![ImportedMap::with_objects(
+            0,
+            &[Label::from(5), label(chair), label(stool)],
+        )];
+        LabelImages {
+            labels: ImportedLabels {
+                maps,
+                trust: Trust::VOTES,
+            },
+            classes: vec![Class::new(5, "chair")],
+            objects: [(chair, "chair 1"), (stool, "stool")].map(object).into(),
+            unmatched: 0,
+        }
+    }
+
+    /// The listed objects, and the numbers that the images in force say.
+    fn known(history: &History) -> (Vec<(u16, &str)>, Vec<u16>) {
+        let labels = history.labels();
+        let listed = labels.objects.iter();
+        let images = labels.imported.as_ref();
+        let said = images.map_or_else(Vec::new, |images| images.objects().into_iter().collect());
+        (
+            listed
+                .map(|object| (object.id.number(), object.name.as_str()))
+                .collect(),
+            said.into_iter().map(ObjectId::number).collect(),
+        )
+    }
+
+    #[test]
+    fn imported_objects_are_those_of_their_names_and_keep_their_numbers_where_these_are_free() {
+        let mut history = History::default();
+        history.add_class("chair");
+        let click = Stroke::click(0, 1, [1, 1]);
+        let (first, _) = history.add_object(click.clone(), &[]).unwrap();
+        history.import(seats([7, 9]));
+        assert_eq!(known(&history), (vec![(1, "chair 1"), (9, "stool")], vec![1, 9]));
+        assert!(
+            history.labels().objects.iter().all(|object| object.class == 1),
+            "chair is 1 here"
+        );
+        // Another import of the same: nothing is new. Of other numbers: the names tell.
+        history.import(seats([1, 9]));
+        history.import(seats([9, 1]));
+        assert_eq!(known(&history), (vec![(1, "chair 1"), (9, "stool")], vec![1, 9]));
+        // What no stroke says goes with the images, and comes back with its number.
+        history.remove_imported().unwrap();
+        assert_eq!(known(&history), (vec![(1, "chair 1")], vec![]));
+        history.import(seats([7, 9]));
+        assert_eq!(known(&history).0, [(1, "chair 1"), (9, "stool")]);
+        history
+            .rename_object(&history.labels().object(first).unwrap().clone().into(), "bench")
+            .unwrap();
+        history.remove_imported().unwrap();
+        history.import(seats([1, 9]));
+        assert_eq!(
+            known(&history),
+            (vec![(1, "bench"), (9, "stool"), (10, "chair 1")], vec![9, 10])
+        );
+    }
+
+    #[test]
+    fn imported_objects_are_renamed_merged_and_deleted_without_a_click() {
+        let mut history = History::default();
+        history.import(seats([1, 2]));
+        let imported = history.labels().clone();
+        let found = |history: &History, number| -> FoundObject {
+            let object = history.labels().object(ObjectId::new(number).unwrap()).unwrap();
+            FoundObject {
+                click: Some(Stroke::click(0, 5, [0, 0])),
+                ..object.clone().into()
+            }
+        };
+        let (chair, stool) = (found(&history, 1), found(&history, 2));
+        history.rename_object(&stool, "bench").unwrap();
+        assert_eq!(known(&history), (vec![(1, "chair 1"), (2, "bench")], vec![1, 2]));
+        history.merge_object(&stool, &chair).unwrap();
+        assert_eq!(known(&history), (vec![(1, "chair 1")], vec![1]));
+        history.delete_object(chair.object.id).unwrap();
+        assert_eq!(known(&history), (vec![], vec![]));
+        let images = history.labels().imported.clone().unwrap();
+        assert_eq!(images.maps[0].labels(), [5; 3]);
+        assert!(history.labels().strokes.is_empty());
+        (0..3).for_each(|_| drop(history.undo().unwrap()));
+        assert_eq!(history.labels(), &imported);
     }
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use super::History;
 use crate::labels::{
-    ClassId, Edit, FoundObject, Object, ObjectId, Stroke, StrokeChange, StrokeId, unused_name,
+    ClassId, Edit, FoundObject, ImportedLabels, Label, Object, ObjectId, Stroke, StrokeChange, StrokeId,
+    unused_name,
 };
 
 impl History {
@@ -64,8 +65,9 @@ impl History {
     }
 
     /// Lists an object as it is given here, as what strokes say: those that say one of `found` or lie on it, a click on
-    /// each of these that has neither, and `stroke`. The others of `found` are listed no more. `None` where the class is
-    /// unknown or stuff, or nothing would say the object.
+    /// each of these that has neither, and `stroke`. Imported images that say one of `found` say it, too, and need no
+    /// click. The others of `found` are listed no more. `None` where the class is unknown or stuff, or nothing would say
+    /// the object.
     fn tell_object(
         &mut self,
         name: String,
@@ -86,6 +88,10 @@ impl History {
             object: Some(object.id),
             ..stroke.clone()
         };
+        let images = self.labels.imported.clone();
+        let imported = images
+            .as_ref()
+            .map_or_else(BTreeSet::new, |images| images.objects());
         let mut changes = Vec::new();
         let mut clicks = Vec::new();
         for found in found {
@@ -97,7 +103,7 @@ impl History {
             let mut own = strokes
                 .filter(|(id, own)| says(own) || lies_on(id, own))
                 .peekable();
-            if own.peek().is_none() {
+            if own.peek().is_none() && !imported.contains(&found.object.id) {
                 clicks.extend(&found.click);
             }
             changes.extend(own.map(|(&id, own)| StrokeChange {
@@ -118,10 +124,20 @@ impl History {
             return None;
         }
         changes.retain(|change| change.before != change.after);
-        Some(self.commit_objects(name, listed, changes))
+        let becomes = |label: Label| match label.object {
+            Some(id) if is_gone(id) => Label {
+                class: object.class,
+                object: Some(object.id),
+            },
+            _ => label,
+        };
+        let is_said = imported.iter().any(|&id| is_gone(id));
+        let images = images.filter(|_| is_said);
+        let images = images.map(|images| images.relabelled(becomes));
+        Some(self.commit_objects(name, listed, changes, images))
     }
 
-    /// Deletes an object: its strokes say only its class from then on. `None` when there is no such object.
+    /// Deletes an object: what says it says only its class from then on. `None` when there is no such object.
     pub fn delete_object(&mut self, id: ObjectId) -> Option<Edit> {
         let name = format!("delete {}", self.labels.object(id)?.name);
         let mut listed = self.labels.objects.clone();
@@ -137,30 +153,51 @@ impl History {
             }),
         });
         let changes = changes.collect();
-        Some(self.commit_objects(name, listed, changes))
+        let images = self.labels.imported.as_ref();
+        let images = images.filter(|images| images.objects().contains(&id));
+        let images = images.map(|images| {
+            images.relabelled(|label| Label {
+                object: label.object.filter(|own| *own != id),
+                ..label
+            })
+        });
+        Some(self.commit_objects(name, listed, changes, images))
     }
 
-    /// Commits an edit that leaves these objects and changes these strokes.
-    fn commit_objects(&mut self, name: String, after: Vec<Object>, strokes: Vec<StrokeChange>) -> Edit {
+    /// Commits an edit that leaves these objects and changes these strokes, and brings these images where there are any.
+    fn commit_objects(
+        &mut self,
+        name: String,
+        after: Vec<Object>,
+        strokes: Vec<StrokeChange>,
+        images: Option<ImportedLabels>,
+    ) -> Edit {
         let before = self.labels.objects.clone();
+        let imported = images.map(|images| self.change_import(Some(images)));
         self.commit(Edit {
             name,
             strokes,
             objects: Some((before, after)),
+            imported,
             ..Edit::default()
         })
     }
 
     /// The ids of the objects that are there, and of those that ever were: those deleted or undone could come back.
-    fn object_ids_ever(&self) -> BTreeSet<ObjectId> {
+    pub(super) fn object_ids_ever(&self) -> BTreeSet<ObjectId> {
+        self.objects_ever().map(|object| object.id).collect()
+    }
+
+    /// The objects that are there, and those that ever were, as they were.
+    pub(super) fn objects_ever(&self) -> impl Iterator<Item = &Object> {
         let ever = self.edits.iter().filter_map(|edit| edit.objects.as_ref());
         let ever = ever.flat_map(|(before, after)| before.iter().chain(after));
-        ever.chain(&self.labels.objects).map(|object| object.id).collect()
+        ever.chain(&self.labels.objects)
     }
 }
 
 /// The next id above all used ones, or the smallest unused one where the highest is in use.
-fn unused(used: &BTreeSet<ObjectId>) -> Option<ObjectId> {
+pub(super) fn unused(used: &BTreeSet<ObjectId>) -> Option<ObjectId> {
     let next = used
         .last()
         .map_or(Some(1), |highest| highest.number().checked_add(1));

@@ -71,16 +71,35 @@ impl LabelImage {
     /// # Errors
     /// A pixel that is half transparent, or has a colour that is not that of one class.
     pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, LabelImageError> {
+        self.values(|pixel| self.class(pixel, meaning))
+    }
+
+    /// The number of every pixel, row-major, 0 where it is transparent.
+    ///
+    /// # Errors
+    /// An image of colours, or a pixel that is half transparent.
+    pub fn numbers(&self) -> Result<Vec<u16>, LabelImageError> {
+        self.values(|pixel| match *pixel {
+            [number] => Ok(number),
+            [number, alpha] => Ok(if is_opaque(self.wide(alpha))? { number } else { 0 }),
+            _ => Err((
+                "has colours".to_owned(),
+                "where it must have the numbers of objects; save it as a gray image of 8 or 16 bits",
+            )),
+        })
+    }
+
+    /// What is read of every pixel by the samples of its channels, row-major.
+    fn values(&self, value: impl Fn(&[u16]) -> Result<u16, PixelProblem>) -> Result<Vec<u16>, LabelImageError> {
         let [width, height] = self.size.map(|side| side as usize);
         let channels = self.color.samples();
-        let mut classes = Vec::with_capacity(width * height);
+        let mut values = Vec::with_capacity(width * height);
         let mut samples: Vec<u16> = Vec::with_capacity(width * channels);
         for (row, line) in self.bytes.chunks_exact(self.row).take(height).enumerate() {
             samples.clear();
             unpack(line, self.depth, &mut samples);
             for (column, pixel) in samples.chunks_exact(channels).take(width).enumerate() {
-                let class = self.class(pixel, meaning);
-                classes.push(class.map_err(|(problem, remedy)| LabelImageError::Pixel {
+                values.push(value(pixel).map_err(|(problem, remedy)| LabelImageError::Pixel {
                     problem,
                     column,
                     row,
@@ -88,27 +107,21 @@ impl LabelImage {
                 })?);
             }
         }
-        Ok(classes)
+        Ok(values)
     }
 
     /// The class of a pixel by the samples of its channels.
     fn class(&self, pixel: &[u16], meaning: &Meaning) -> Result<ClassId, PixelProblem> {
-        // To 16 bits.
-        let wide = |sample: u16| {
-            if self.depth == BitDepth::Sixteen {
-                sample
-            } else {
-                257 * sample
-            }
-        };
         match *pixel {
             [BORDER] if self.color == ColorType::Indexed && !meaning.ids.contains(&BORDER) => Ok(VOID),
             // An id, or the index of a palette, which is one.
             [id] => Ok(id),
-            [id, alpha] => Ok(if is_opaque(wide(alpha))? { id } else { VOID }),
+            [id, alpha] => Ok(if is_opaque(self.wide(alpha))? { id } else { VOID }),
             [red, green, blue, ref alpha @ ..] => {
-                let is_there = alpha.first().map_or(Ok(true), |&alpha| is_opaque(wide(alpha)))?;
-                let color = [red, green, blue].map(wide);
+                let is_there = alpha
+                    .first()
+                    .map_or(Ok(true), |&alpha| is_opaque(self.wide(alpha)))?;
+                let color = [red, green, blue].map(|sample| self.wide(sample));
                 match meaning.colors.get(&color) {
                     _ if !is_there => Ok(VOID),
                     Some(Some(class)) => Ok(*class),
@@ -125,9 +138,17 @@ impl LabelImage {
             [] => Ok(VOID),
         }
     }
+
+    /// A sample of 8 bits or more in 16.
+    fn wide(&self, sample: u16) -> u16 {
+        match self.depth {
+            BitDepth::Sixteen => sample,
+            _ => 257 * sample,
+        }
+    }
 }
 
-/// Why a pixel has no class, and what to do: parts of a sentence.
+/// Why a pixel cannot be read, and what to do: parts of a sentence.
 type PixelProblem = (String, &'static str);
 
 /// Adds the samples of a row, and where they have less than 8 bits those that fill up its last byte.

@@ -328,3 +328,124 @@ fn fine_probabilities_are_thinned_out_to_what_memory_allows() {
     assert_eq!((thin.size(), thin.cells().len()), ([4, 3], 12));
     assert!(thin.cells().iter().all(|cell| cell.class() == 1));
 }
+
+/// A folder as an export writes it: two chairs, one of them named, and a floor. Returns the object image's numbers.
+fn write_objects(root: &Path, stem: &str) -> Vec<u16> {
+    let folder = root.join("objects");
+    fs::create_dir(&folder).unwrap();
+    let numbers: Vec<u16> = (0..48).map(|pixel| [0, 1, 300, 4][pixel % 4]).collect();
+    write(&folder, &format!("{stem}.png"), 8, &numbers);
+    let listed = r#"[{"id": 1, "class_id": 6, "class_name": "floor", "thing": false, "pixels": 12},
+        {"id": 300, "class_id": 5, "class_name": "chair", "name": "stool"},
+        {"id": 4, "class_id": 5, "class_name": "chair", "thing": true},
+        {"id": 9, "class_id": 5, "name": "chair 1"}]"#;
+    fs::write(root.join("objects.json"), listed).unwrap();
+    numbers
+}
+
+#[test]
+fn images_of_objects_say_class_and_object_and_class_images_say_the_rest() {
+    let scene = wall(2, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    let stem = &scene.frames[1].stem;
+    let numbers = write_objects(root.path(), stem);
+    let found = read(root.path(), &scene).unwrap();
+    assert_eq!(found, read(&root.path().join("objects"), &scene).unwrap());
+    let named: Vec<_> = found
+        .objects
+        .iter()
+        .map(|object| (object.id.number(), object.name.as_str()))
+        .collect();
+    assert_eq!(
+        named,
+        [(300, "stool"), (4, "chair 2")],
+        "what no frame shows is left out, its name is not free"
+    );
+    let things: Vec<_> = found
+        .classes
+        .iter()
+        .map(|class| (class.id, class.thing))
+        .collect();
+    assert_eq!(things, [(6, false), (5, true)]);
+    let map = &found.labels.maps[0];
+    let class = |number: &u16| {
+        if *number == 1 {
+            6
+        } else {
+            5 * ClassId::from(*number > 0)
+        }
+    };
+    assert_eq!(map.labels(), numbers.iter().map(class).collect::<Vec<_>>());
+    let said: Vec<u16> = map
+        .objects()
+        .unwrap()
+        .iter()
+        .map(|object| object.map_or(0, |id| id.number()))
+        .collect();
+    let things = numbers.iter().map(|&number| if number == 1 { 0 } else { number });
+    assert_eq!(said, things.collect::<Vec<_>>());
+    let files = label_image_files(root.path()).unwrap();
+    assert_eq!(files.len(), 2, "{files:?}");
+
+    // The names of a capture in the Replica layout, and class images beside.
+    fs::rename(root.path().join("objects"), root.path().join("semantic_instance")).unwrap();
+    fs::create_dir(root.path().join("semantic_class")).unwrap();
+    let place = |kind: &str, frame: usize| {
+        root.path()
+            .join(format!("semantic_{kind}/semantic_{kind}_{frame}.png"))
+    };
+    let instance = root.path().join(format!("semantic_instance/{stem}.png"));
+    fs::rename(instance, place("instance", 1)).unwrap();
+    write(root.path(), place("class", 0).to_str().unwrap(), 8, &[5; 48]);
+    write(root.path(), place("class", 1).to_str().unwrap(), 8, &[7; 48]);
+    let mut scene = scene;
+    for (number, frame) in scene.frames.iter_mut().enumerate() {
+        frame.stem = format!("rgb_{number}");
+    }
+    let both = read(root.path(), &scene).unwrap();
+    assert_eq!((both.labels.maps.len(), both.unmatched), (2, 0));
+    assert_eq!(
+        (both.labels.maps[0].labels(), both.labels.maps[0].objects()),
+        (vec![5; 48], None)
+    );
+    assert_eq!(both.labels.maps[1].objects(), map.objects());
+    assert_eq!(both.labels.maps[1].labels()[..4], [7, 6, 5, 5]);
+}
+
+#[test]
+fn objects_that_cannot_be_used_are_refused_by_name() {
+    let scene = wall(1, 8, 6);
+    let stem = &scene.frames[0].stem;
+    let refusal = |listed: Option<&str>, image: &[u16]| {
+        let root = tempfile::tempdir().unwrap();
+        write_objects(root.path(), stem);
+        write(&root.path().join("objects"), &format!("{stem}.png"), 8, image);
+        if let Some(listed) = listed {
+            fs::write(root.path().join("objects.json"), listed).unwrap();
+        }
+        let error = read(root.path(), &scene).unwrap_err();
+        assert!(!error.contains('\n'), "{error}");
+        error
+    };
+    let number = refusal(None, &[7; 48]);
+    assert!(
+        number.contains("number 7, which objects.json does not list"),
+        "{number}"
+    );
+    for (listed, told) in [
+        ("[{}]", "missing field"),
+        (r#"[{"id": 0, "class_id": 5}]"#, "nonzero"),
+        (r#"[{"id": 3, "class_id": 0}]"#, "object 3 is of class 0"),
+        (
+            r#"[{"id": 3, "class_id": 5}, {"id": 3, "class_id": 5}]"#,
+            "object 3 is there twice",
+        ),
+        (
+            r#"[{"id": 3, "class_id": 5, "class_name": "chair"}, {"id": 4, "class_id": 5, "class_name": "table"}]"#,
+            "class 5 is called chair and table",
+        ),
+    ] {
+        let error = refusal(Some(listed), &[3; 48]);
+        assert!(error.contains("objects.json") && error.contains(told), "{error}");
+    }
+}

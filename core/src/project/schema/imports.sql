@@ -7,5 +7,6 @@ CREATE TABLE imported_map (
     frame  INTEGER NOT NULL,
     labels BLOB NOT NULL,
     shares BLOB,
+    objects BLOB,
     PRIMARY KEY (import, frame)
 ) STRICT;

@@ -37,7 +37,8 @@ UPDATE stroke SET lines = '[[[0, 0], [4294967295, 0]]]' -> outside of every imag
 UPDATE stroke SET id = 9223372036854775807 WHERE id = 1 -> no stroke has the number
 UPDATE import SET id = 9223372036854775807 WHERE id = 1 -> no import has the number
 UPDATE project SET imported = 5 -> imported label images are missing
-INSERT INTO imported_map VALUES (1, 1, x'00', NULL) -> an imported label image is unusable
+INSERT INTO imported_map VALUES (1, 1, x'00', NULL, NULL) -> an imported label image is unusable
+UPDATE imported_map SET objects = x'00' WHERE import = 1 -> an imported label image is unusable
 UPDATE imported_map SET shares = labels -> an imported label image is unusable
 UPDATE project SET scene = 'folder', relative_path = NULL, absolute_path = NULL -> it does not say where its scene is
 CREATE TRIGGER t AFTER INSERT ON edit BEGIN DELETE FROM stroke; END -> views or triggers

@@ -101,15 +101,25 @@ fn files_of_later_versions_come_with_their_label_images() {
         let (_project, saved) = Project::open(&file(folder.path(), version, changes)).unwrap();
         assert_eq!(saved.history.undo_name(), Some("import predictions"));
         let images = saved.history.labels().imported.clone().unwrap();
-        let told = (images.trust, images.maps.len(), images.maps[0].frame);
-        assert_eq!(told, (trust, 1, 1));
+        let told = images.maps.iter().map(|map| map.frame);
+        let frames: &[usize] = if version < 4 { &[1] } else { &[0, 1] };
+        assert_eq!((images.trust, told.collect::<Vec<_>>()), (trust, frames.to_vec()));
+        let map = images.of_frame(1).unwrap();
+        if let [of_objects, _] = images.maps.as_slice() {
+            let said = of_objects.objects().unwrap();
+            let chair = saved.history.labels().objects[0].id;
+            assert_eq!(
+                (of_objects.labels()[200], said[159], said[160]),
+                (3, Some(chair), None)
+            );
+        }
         if version == 2 {
-            let labels = images.maps[0].labels();
+            let labels = map.labels();
             assert_eq!((labels[0], labels[320 * 240 - 1]), (1, 2));
             continue;
         }
-        let grid = images.maps[0].probabilities().unwrap();
-        assert_eq!((grid.size(), images.maps[0].pixels()), ([2, 1], 320 * 240));
+        let grid = map.probabilities().unwrap();
+        assert_eq!((grid.size(), map.pixels()), ([2, 1], 320 * 240));
         let cells: Vec<Vec<(u16, f32)>> = grid.cells().iter().map(|cell| cell.iter().collect()).collect();
         let first = vec![(1, 204.0 / 255.0), (2, 51.0 / 255.0)];
         assert_eq!(cells, [first, vec![(2, 1.0)]]);

@@ -140,8 +140,15 @@ impl Model {
             }
         };
         let (count, unmatched) = (images.labels.maps.len(), images.unmatched);
+        let objects = match images.objects.len() {
+            0 => String::new(),
+            objects => format!(" with {}", counted(objects, "object", "objects")),
+        };
         self.edit(|history| Some(history.import(images)));
-        let mut sentence = format!("Imported {}.", counted(count, "label image", "label images"));
+        let mut sentence = format!(
+            "Imported {}{objects}.",
+            counted(count, "label image", "label images")
+        );
         if unmatched > 0 {
             sentence += &format!(" Left out, because they are named like no frame: {unmatched}.");
         }
