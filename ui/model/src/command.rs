@@ -136,10 +136,16 @@ pub enum Command {
     SetClassLocked(ClassId, bool),
     /// Hides a class in the overlay, or shows it again.
     SetClassHidden(ClassId, bool),
-    /// Unlocks all classes.
-    UnlockClasses,
-    /// Shows all classes in the overlay.
-    ShowClasses,
+    /// Locks an object, or unlocks it.
+    SetObjectLocked(ObjectId, bool),
+    /// Hides an object in the overlay, or shows it again.
+    SetObjectHidden(ObjectId, bool),
+    /// Shows the layer of objects with this one alone, or again with all others.
+    ShowOnly(ObjectId, bool),
+    /// Unlocks all classes and objects.
+    UnlockAll,
+    /// Shows all classes and objects in the overlay.
+    ShowAll,
     /// Lets the person find a class by typing.
     FindClass(ClassUse),
     /// Does something with the class that was found.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use inplace_core::labels::{Class, ClassId, Edit, History, LabelSet, Stroke, StrokeId};
 
+use crate::class_view::Hidden;
 use crate::palette::{Palette, VOID_COLOR, VOID_NAME};
 use crate::versioned::Versioned;
 
@@ -14,7 +15,7 @@ pub struct Document {
     history: History,
     generation: u64,
     palette: Versioned<Arc<Palette>>,
-    hidden: BTreeSet<ClassId>,
+    hidden: Hidden,
     index: StrokeIndex,
 }
 
@@ -53,7 +54,7 @@ impl Document {
             palette: Versioned::new(Palette::new(&history.labels().classes)),
             history,
             generation,
-            hidden: BTreeSet::new(),
+            hidden: Hidden::default(),
             index,
         }
     }
@@ -95,8 +96,8 @@ impl Document {
         &self.palette
     }
 
-    /// Leaves classes out of the palette.
-    pub fn hide(&mut self, hidden: &BTreeSet<ClassId>) {
+    /// Leaves classes and objects out of the palette.
+    pub fn hide(&mut self, hidden: &Hidden) {
         if *hidden != self.hidden {
             self.hidden.clone_from(hidden);
             self.renew_palette();

@@ -1,11 +1,12 @@
 //! Colours of classes and of values: one table for the shader and for the CPU composite.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use inplace_core::export::Difference;
 use inplace_core::labels::{Class, ClassId, VOID};
 use inplace_core::session::ENTROPY_STEPS_PER_NAT;
+
+use crate::class_view::Hidden;
 
 /// Name of class 0.
 pub const VOID_NAME: &str = "void";
@@ -100,24 +101,29 @@ pub struct Palette {
     tables: Vec<[u8; 4]>,
     /// Number of classes.
     count: usize,
+    /// What is transparent of it.
+    hidden: Hidden,
 }
 
 impl Palette {
     /// The colours of these classes.
     pub fn new(classes: &[Class]) -> Arc<Self> {
-        Self::hiding(classes, &BTreeSet::new())
+        Self::hiding(classes, &Hidden::default())
     }
 
     /// The colours of these classes; the hidden ones are transparent.
-    pub fn hiding(classes: &[Class], hidden: &BTreeSet<ClassId>) -> Arc<Self> {
+    pub fn hiding(classes: &[Class], hidden: &Hidden) -> Arc<Self> {
         let highest = classes.iter().map(|class| class.id).max().unwrap_or(VOID);
         let length = (usize::from(highest) + 1).next_multiple_of(PALETTE_COLUMNS);
         let mut table = vec![[0; 4]; length];
-        for class in classes.iter().filter(|class| !hidden.contains(&class.id)) {
+        for class in classes.iter().filter(|class| !hidden.classes.contains(&class.id)) {
             let [r, g, b] = class.color;
             table[usize::from(class.id)] = [r, g, b, 255];
         }
-        Arc::new(Self::of(table, classes.len()))
+        Arc::new(Self {
+            hidden: hidden.clone(),
+            ..Self::of(table, classes.len())
+        })
     }
 
     /// The same with these RGBA in place of the colours of classes 1, 2 and so on.
@@ -134,12 +140,18 @@ impl Palette {
             classes,
             tables: Table::ALL.into_iter().flat_map(row).collect(),
             count,
+            hidden: Hidden::default(),
         }
     }
 
     /// RGBA of a class; transparent for void and for unknown classes.
     pub fn class(&self, id: ClassId) -> [u8; 4] {
         self.classes.get(usize::from(id)).copied().unwrap_or_default()
+    }
+
+    /// What is hidden.
+    pub fn hidden(&self) -> &Hidden {
+        &self.hidden
     }
 
     /// RGBA of a column of a table; that of the last column beyond it.
@@ -214,7 +226,13 @@ mod tests {
     #[test]
     fn void_unknown_and_hidden_classes_are_transparent() {
         let classes = [Class::new(1, "wall"), Class::new(2, "lamp")];
-        let palette = Palette::hiding(&classes, &BTreeSet::from([2]));
+        let palette = Palette::hiding(
+            &classes,
+            &Hidden {
+                classes: [2].into(),
+                ..Hidden::default()
+            },
+        );
         for (class, alpha) in [(VOID, 0), (1, 255), (2, 0), (3, 0), (60_000, 0)] {
             assert_eq!(palette.class(class)[3], alpha, "{class}");
         }

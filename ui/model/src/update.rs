@@ -20,6 +20,7 @@ use inplace_core::labels::History;
 use inplace_core::project::{JournalEvent, Step};
 use inplace_core::session::Event;
 
+use crate::class_view::Hidden;
 use crate::command::Command;
 use crate::dialogs::Dialog;
 use crate::effect::Effect;
@@ -155,10 +156,18 @@ impl Model {
                 self.change_class_view(|view| classes::set(&mut view.locked, id, locked));
             }
             Command::SetClassHidden(id, hidden) => {
-                self.change_class_view(|view| classes::set(&mut view.hidden, id, hidden));
+                self.change_class_view(|view| classes::set(&mut view.hidden.classes, id, hidden));
             }
-            Command::UnlockClasses => self.change_class_view(|view| view.locked.clear()),
-            Command::ShowClasses => self.change_class_view(|view| view.hidden.clear()),
+            Command::SetObjectLocked(id, locked) => {
+                self.change_class_view(|view| classes::set(&mut view.locked_objects, id, locked));
+            }
+            Command::SetObjectHidden(id, hidden) => self.hide_object(id, hidden),
+            Command::ShowOnly(id, only) => self.show_only(id, only),
+            Command::UnlockAll => self.change_class_view(|view| {
+                view.locked.clear();
+                view.locked_objects.clear();
+            }),
+            Command::ShowAll => self.change_class_view(|view| view.hidden = Hidden::default()),
             Command::FindClass(purpose) => self.find_class(purpose),
             Command::UseClass(purpose, class) => self.use_class(purpose, class),
             Command::UseNewClass(purpose, name) => self.use_new_class(purpose, &name),

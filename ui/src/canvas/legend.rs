@@ -165,15 +165,17 @@ fn class_rows(workspace: &Workspace, shown: &FrameView, most: usize) -> Vec<Row>
     rows
 }
 
-/// The objects that are visible, those with the most pixels where there are more than fit.
+/// The objects that are visible and not hidden, those with the most pixels where there are more than fit.
 fn object_rows(workspace: &Workspace, plane: &ObjectPlane, most: usize) -> Vec<Row> {
-    let mut objects: Vec<(&Entry, u32)> = plane.seen().filter(|(entry, _)| entry.object.is_some()).collect();
+    let palette = workspace.document.palette();
+    let is_shown = |entry: &Entry| entry.object.is_some() && entry.color(palette)[3] > 0;
+    let mut objects: Vec<(&Entry, u32)> = plane.seen().filter(|(entry, _)| is_shown(entry)).collect();
     objects.sort_by_key(|&(_, pixels)| std::cmp::Reverse(pixels));
     let more = objects.len().saturating_sub(most);
     objects.truncate(most);
     objects.sort_by_key(|(entry, _)| entry.object.as_ref().map(|object| (object.class, object.id)));
     let row = |(entry, _): (&Entry, u32)| {
-        let [r, g, b, _] = entry.color(workspace.document.palette());
+        let [r, g, b, _] = entry.color(palette);
         Some(Row::Swatch([r, g, b], entry.object.as_ref()?.name.clone()))
     };
     let mut rows: Vec<Row> = objects.into_iter().filter_map(row).collect();
@@ -181,7 +183,13 @@ fn object_rows(workspace: &Workspace, plane: &ObjectPlane, most: usize) -> Vec<R
         rows.push(Row::Note(format!("and {more} more")));
     }
     if rows.is_empty() {
-        rows.push(Row::Note("No objects here".to_owned()));
+        let hidden = palette.hidden().is_some();
+        let note = if hidden {
+            "No objects here that are not hidden"
+        } else {
+            "No objects here"
+        };
+        rows.push(Row::Note(note.to_owned()));
     }
     rows
 }

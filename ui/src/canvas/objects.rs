@@ -195,8 +195,8 @@ impl Entries {
         self.listed.get(usize::from(value.checked_sub(1)?))
     }
 
-    /// The colours of the values: objects have one of their own, other pixels a pale one of their class; hidden classes
-    /// have none.
+    /// The colours of the values: objects have one of their own, other pixels a pale one of their class; what is hidden has
+    /// none.
     pub fn palette(&self, classes: &Palette) -> Arc<Palette> {
         Palette::listing(self.listed.iter().map(|entry| entry.color(classes)))
     }
@@ -316,11 +316,15 @@ impl Entry {
     /// RGBA, where these are the colours of the classes.
     pub fn color(&self, classes: &Palette) -> [u8; 4] {
         let [r, g, b, opacity] = classes.class(self.class);
-        let [r, g, b] = match &self.object {
-            Some(object) => default_color(object.id.number()),
-            None => [r, g, b].map(|channel| (f32::from(channel) + PALE * (GREY - f32::from(channel))) as u8),
+        let hidden = classes.hidden();
+        let ([r, g, b], is_hidden) = match &self.object {
+            Some(object) => (default_color(object.id.number()), hidden.has(object.id)),
+            None => (
+                [r, g, b].map(|channel| (f32::from(channel) + PALE * (GREY - f32::from(channel))) as u8),
+                hidden.all_but.is_some(),
+            ),
         };
-        [r, g, b, opacity]
+        [r, g, b, if is_hidden { 0 } else { opacity }]
     }
 }
 
@@ -336,6 +340,15 @@ pub fn object_words(class: &str, object: &Object) -> String {
 mod tests {
     use super::*;
     use inplace_core::labels::Class;
+    use inplace_model::class_view::Hidden;
+
+    fn hiding(classes: &[ClassId], objects: &[u16], all_but: Option<u16>) -> Hidden {
+        Hidden {
+            classes: classes.iter().copied().collect(),
+            objects: objects.iter().copied().filter_map(ObjectId::new).collect(),
+            all_but: all_but.and_then(ObjectId::new),
+        }
+    }
 
     #[test]
     fn what_belongs_to_no_object_is_pale_and_hidden_classes_are_not_shown() {
@@ -362,7 +375,9 @@ mod tests {
             .map(|(entry, pixels)| (entry.class, pixels))
             .collect();
         assert_eq!(seen, [(1, 1), (2, 2)]);
-        let colors = plane.entries.palette(&Palette::hiding(&classes, &[2].into()));
+        let colors = plane
+            .entries
+            .palette(&Palette::hiding(&classes, &hiding(&[2], &[], None)));
         let spread = |[r, g, b, _]: [u8; 4]| r.max(g).max(b) - r.min(g).min(b);
         assert!(spread(colors.class(1)) < spread(Palette::new(&classes).class(1)));
         assert_eq!(
@@ -381,5 +396,12 @@ mod tests {
             entries.palette(&Palette::new(&classes)).class(3)[..3],
             default_color(7)
         );
+        let shown = |hidden: Hidden| {
+            let colors = entries.palette(&Palette::hiding(&classes, &hidden));
+            [1, 2, 3].map(|value| colors.class(value)[3] > 0)
+        };
+        assert_eq!(shown(hiding(&[], &[7], None)), [true, true, false]);
+        assert_eq!(shown(hiding(&[], &[], Some(7))), [false, false, true]);
+        assert_eq!(shown(hiding(&[2], &[], Some(7))), [false; 3]);
     }
 }

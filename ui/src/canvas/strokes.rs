@@ -40,7 +40,7 @@ struct Key {
     scene: u64,
     frame: usize,
     generation: u64,
-    /// Changes with the classes that are hidden.
+    /// Changes with what is hidden.
     palette: Version,
     /// Version of the contradicted strokes, where their colours are shown instead of the classes'.
     agreement: Option<Version>,
@@ -114,7 +114,7 @@ impl StrokeLayer {
                 marked = Some((stroke, region, color));
                 continue;
             }
-            if workspace.is_hidden(stroke.class) {
+            if workspace.is_stroke_hidden(id, stroke) {
                 continue;
             }
             match region {

@@ -99,7 +99,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     window.says("to rename, merge or delete it");
     assert_eq!(names(&window), ["wall", "floor"]);
     assert_eq!(window.strokes(), 2);
-    window.act(Command::UnlockClasses);
+    window.act(Command::UnlockAll);
     point(&mut window, Tool::Erase, 8);
     assert_eq!(window.strokes(), 1);
 }
@@ -224,9 +224,9 @@ fn locks_hidden_classes_and_their_order_are_kept_in_the_project() {
     assert_eq!(names(&window), ["floor", "wall"]);
     window.click_through(&[
         "Class list",
-        "Show all classes",
+        "Show all that is hidden",
         "Class list",
-        "Unlock all classes",
+        "Unlock all",
     ]);
     window.sees("wall, 0 strokes");
     window.sees("floor, 0 strokes");

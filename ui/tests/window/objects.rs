@@ -3,6 +3,7 @@
 use egui::{Key, Modifiers, PointerButton};
 use inplace_core::labels::ObjectId;
 use inplace_model::Command;
+use inplace_model::layer::Layer;
 use inplace_model::tool::{DrawnLine, Tool};
 use inplace_ui::Target;
 
@@ -172,4 +173,100 @@ fn objects_and_their_edits_are_in_the_project_when_it_is_opened_again() {
         assert_eq!(window.labels(), state);
         window.press(Modifiers::COMMAND, Key::Z);
     }
+}
+
+#[test]
+fn a_locked_object_keeps_its_strokes_and_those_that_lie_on_it() {
+    let mut window = two_chairs(Window::demo());
+    let before = window.labels().clone();
+    let line_at = |tool, x| {
+        Command::Draw(DrawnLine {
+            tool,
+            points: vec![[x, HEIGHT / 2]],
+        })
+    };
+    // No stroke names it: the one that lies on it is kept as well.
+    window.click("Lock chair 1");
+    window.sees(&format!("{}, locked", line("chair 1")));
+    window.act(line_at(Tool::Erase, 8));
+    window.says("\"chair 1\" is locked, so its strokes stay");
+    window.act(Command::ChooseClass(2));
+    window.act(line_at(Tool::Brush, 8));
+    window.says("This would cover what is labelled \"chair 1\"");
+    window.act(Command::ChooseObject(id(1)));
+    window.act(line_at(Tool::Brush, 20));
+    window.says("unlock it in the class list to label with it");
+    for change in [
+        Command::RenameObject(id(1), "stool".to_owned()),
+        Command::MergeObject(id(1), id(2)),
+        Command::MergeObject(id(2), id(1)),
+        Command::DeleteClass(1),
+        Command::MergeClass(1, 2),
+    ] {
+        window.act(change);
+    }
+    window.says("\"chair 1\" is locked: unlock it");
+    assert_eq!(window.labels(), &before);
+    // The other chair is free.
+    window.act(line_at(Tool::Erase, 56));
+    assert_eq!(window.strokes(), 2);
+    window.press(Modifiers::COMMAND, Key::Z);
+    window.click_through(&["Class list", "Unlock all"]);
+    window.act(line_at(Tool::Erase, 8));
+    assert_eq!(window.strokes(), 2);
+}
+
+#[test]
+fn objects_are_hidden_one_by_one_or_all_but_one_and_the_project_keeps_that() {
+    let folder = tempfile::tempdir().unwrap();
+    let hidden = |window: &Window| {
+        let hidden = window.workspace().document.palette().hidden().clone();
+        [1, 2].map(|number| hidden.has(id(number)))
+    };
+    {
+        let mut window = two_chairs(Window::with_demo(folder.path()));
+        window.click_through(&["Actions for chair 2", "Show only this one"]);
+        assert_eq!(
+            (hidden(&window), window.model().settings.layer),
+            ([true, false], Layer::Objects)
+        );
+        window.sees(&format!("{}, hidden", line("chair 1")));
+        let strokes = window.labels().strokes.clone();
+        let is_hidden = |window: &Window| -> Vec<bool> {
+            let shown = strokes
+                .iter()
+                .map(|(&id, stroke)| window.workspace().is_stroke_hidden(id, stroke));
+            shown.collect()
+        };
+        assert_eq!(is_hidden(&window), [true, true, false]);
+        window.click("Show chair 1 in the overlay");
+        assert_eq!(hidden(&window), [false; 2]);
+        window.click_through(&["Actions for chair 1", "Show only this one"]);
+        window.click_through(&["Actions for chair 1", "Show the others again"]);
+        assert_eq!(hidden(&window), [false; 2]);
+        window.click_through(&["Actions for chair 2", "Hide in the overlay"]);
+        assert_eq!(
+            (hidden(&window), is_hidden(&window)),
+            ([false, true], vec![false, false, true])
+        );
+        window.act(Command::ShowOnly(id(1), true));
+        window.click("Lock chair 1");
+        window.close();
+    }
+    let mut window = Window::with_demo(folder.path());
+    assert_eq!(hidden(&window), [false, true]);
+    assert!(window.workspace().is_object_locked(id(1)));
+    // When it is gone, no other is hidden beside it.
+    window.spread();
+    window.until_window("the objects are found", |window| {
+        !window.workspace().found().is_empty()
+    });
+    let locked = Command::SetObjectLocked(id(1), false);
+    [locked, Command::MergeObject(id(1), id(2))]
+        .into_iter()
+        .for_each(|command| window.act(command));
+    window.spread();
+    window.until_window("all is shown", |window| hidden(window) == [false, true]);
+    window.click_through(&["Class list", "Show all that is hidden"]);
+    assert_eq!(hidden(&window), [false; 2]);
 }

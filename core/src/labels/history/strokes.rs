@@ -23,12 +23,12 @@ impl History {
         frame: usize,
         path: &[Pixel],
         radius: u32,
-        may_erase: impl Fn(ClassId) -> bool,
+        may_erase: impl Fn(StrokeId) -> bool,
     ) -> Option<Edit> {
         let strokes: Vec<StrokeChange> = self
             .labels
             .strokes_of(frame)
-            .filter(|(_, stroke)| may_erase(stroke.class))
+            .filter(|(id, _)| may_erase(*id))
             .filter_map(|(id, stroke)| {
                 let rest = erase(stroke, path, radius)?;
                 Some(StrokeChange {

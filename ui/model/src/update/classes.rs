@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use inplace_core::export::write_json;
-use inplace_core::labels::{AddedClasses, Class, ClassId, ImportError, Stroke, read_class_list};
+use inplace_core::labels::{AddedClasses, Class, ClassId, ImportError, Object, Stroke, read_class_list};
 
 use crate::class_view::ClassView;
 use crate::dialogs::{ClassFinder, ClassUse, Dialog};
@@ -46,13 +46,13 @@ impl Model {
     }
 
     pub(crate) fn delete_class(&mut self, id: ClassId) {
-        if !self.locked_refuses_change(id) {
+        if !self.locked_refuses_loss(id) {
             self.edit(|history| history.delete_class(id));
         }
     }
 
     pub(crate) fn merge_class(&mut self, from: ClassId, into: ClassId) {
-        if !self.locked_refuses_change(from) && !self.locked_refuses_change(into) {
+        if !self.locked_refuses_loss(from) && !self.locked_refuses_change(into) {
             self.edit(|history| history.merge_class(from, into));
         }
     }
@@ -64,30 +64,41 @@ impl Model {
         self.refuse(sentence)
     }
 
-    /// A message where an eraser passes over strokes of a locked class.
+    /// A message where an eraser passes over strokes of a locked class or object.
     pub(crate) fn say_what_stays(&mut self, line: &DrawnLine, radius: u32) {
         let workspace = self.state.workspace();
         let locked = workspace.and_then(|workspace| workspace.locked_under_eraser(&line.points, radius));
-        let sentence = locked.map(|class| {
-            format!(
-                "\"{}\" is locked, so its strokes stay: unlock it in the class list to erase them.",
-                class.name
-            )
+        let sentence = locked.map(|name| {
+            format!("\"{name}\" is locked, so its strokes stay: unlock it in the class list to erase them.")
         });
         self.refuse(sentence);
     }
 
     pub(crate) fn locked_refuses_change(&mut self, id: ClassId) -> bool {
-        let sentence = self.state.workspace().and_then(|workspace| {
+        let workspace = self.state.workspace();
+        let locked = workspace.and_then(|workspace| {
             let class = workspace.document.labels().class(id)?;
-            workspace.is_locked(id).then(|| {
-                format!(
-                    "\"{}\" is locked: unlock it in the class list to rename, merge or delete it.",
-                    class.name
-                )
-            })
+            workspace.is_locked(id).then(|| class.name.clone())
         });
-        self.refuse(sentence)
+        self.refuse(locked.map(unchanged))
+    }
+
+    /// Whether the lock of a class, or of one of its objects, keeps the class from going; then a message says so.
+    fn locked_refuses_loss(&mut self, id: ClassId) -> bool {
+        let locked = self.state.workspace().and_then(|workspace| {
+            let objects = workspace.objects_of(id).into_iter();
+            let mut locked = objects.filter(|(object, _)| workspace.is_object_locked(object.id));
+            locked.next().map(|(object, _)| object.clone())
+        });
+        self.locked_refuses_change(id) || locked.is_some_and(|object| self.locked_refuses_object(&object))
+    }
+
+    /// Whether a lock keeps an object as it is, its own or that of its class; then a message says so.
+    pub(crate) fn locked_refuses_object(&mut self, object: &Object) -> bool {
+        let workspace = self.state.workspace();
+        let is_locked = workspace.is_some_and(|workspace| workspace.is_object_locked(object.id));
+        self.locked_refuses_change(object.class)
+            || self.refuse(is_locked.then(|| unchanged(object.name.clone())))
     }
 
     /// Says why something is not done, if it is not; returns whether it is refused.
@@ -165,13 +176,18 @@ impl Model {
     }
 }
 
-/// Puts a class among others, or takes it away.
-pub(crate) fn set(classes: &mut BTreeSet<ClassId>, class: ClassId, present: bool) {
+/// Puts an id among others, or takes it away.
+pub(crate) fn set<Id: Ord>(ids: &mut BTreeSet<Id>, id: Id, present: bool) {
     if present {
-        classes.insert(class);
+        ids.insert(id);
     } else {
-        classes.remove(&class);
+        ids.remove(&id);
     }
+}
+
+/// Why what has this name stays as it is.
+pub(crate) fn unchanged(name: String) -> String {
+    format!("\"{name}\" is locked: unlock it in the class list to rename, merge or delete it.")
 }
 
 /// What became of the classes that were to be added.

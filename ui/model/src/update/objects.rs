@@ -6,6 +6,7 @@ use inplace_core::labels::{ClassId, Edit, FoundObject, History, ObjectId};
 use inplace_core::semantics::KnownPart;
 
 use super::classes::set;
+use crate::layer::Layer;
 use crate::model::Model;
 use crate::tool::DrawnLine;
 use crate::workspace::Workspace;
@@ -37,7 +38,12 @@ impl Model {
             return;
         };
         workspace.found = found;
-        if workspace.parts != parts {
+        let shown = workspace.class_view.hidden.all_but;
+        let is_gone = shown.is_some_and(|id| workspace.object(id).is_none());
+        if is_gone {
+            workspace.change_class_view(|view| view.hidden.all_but = None);
+        }
+        if workspace.parts != parts || is_gone {
             workspace.parts = parts;
             self.keep_view();
         }
@@ -63,6 +69,9 @@ impl Model {
             .and_then(Workspace::said)
             .map(|said| said.id)
             == Some(from);
+        if self.locked_refuses_object(&target.object) {
+            return;
+        }
         let merged = self.change_object(from, |history, object| history.merge_object(object, &target));
         if merged && is_said {
             self.with_workspace(|workspace| workspace.choose_object(into));
@@ -113,7 +122,28 @@ impl Model {
         self.state.workspace().and_then(|workspace| workspace.object(id))
     }
 
-    /// Changes an object unless its class is locked; returns whether anything changed.
+    /// Hides an object in the overlay, or shows it again; then none is shown alone, unless it is this one and shown.
+    pub(crate) fn hide_object(&mut self, id: ObjectId, hidden: bool) {
+        self.change_class_view(|view| {
+            set(&mut view.hidden.objects, id, hidden);
+            if view.hidden.all_but.is_some_and(|shown| (shown == id) == hidden) {
+                view.hidden.all_but = None;
+            }
+        });
+    }
+
+    /// Shows the layer of objects with this one alone, or again with all others.
+    pub(crate) fn show_only(&mut self, id: ObjectId, only: bool) {
+        if only {
+            self.state.settings.layer = Layer::Objects;
+        }
+        self.change_class_view(|view| {
+            view.hidden.all_but = only.then_some(id);
+            view.hidden.objects.remove(&id);
+        });
+    }
+
+    /// Changes an object unless it or its class is locked; returns whether anything changed.
     fn change_object(
         &mut self,
         id: ObjectId,
@@ -122,7 +152,7 @@ impl Model {
         let Some(object) = self.known_object(id) else {
             return false;
         };
-        if self.locked_refuses_change(object.object.class) {
+        if self.locked_refuses_object(&object.object) {
             return false;
         }
         let mut changed = false;

@@ -2,6 +2,7 @@
 
 use inplace_core::labels::{ClassId, StrokeId};
 
+use super::classes::unchanged;
 use crate::model::Model;
 use crate::tool::Tool;
 
@@ -37,12 +38,13 @@ impl Model {
         }
     }
 
-    /// Whether the lock of a stroke's class keeps it as it is; then a message says so.
-    fn locked_refuses_stroke(&mut self, stroke: StrokeId) -> bool {
-        let workspace = self.state.workspace();
-        let stroke = workspace.and_then(|workspace| workspace.document.labels().strokes.get(&stroke));
-        let class = stroke.map(|stroke| stroke.class);
-        class.is_some_and(|class| self.locked_refuses_change(class))
+    /// Whether the lock of a stroke's class or object keeps it as it is; then a message says so.
+    fn locked_refuses_stroke(&mut self, id: StrokeId) -> bool {
+        let locked = self.state.workspace().and_then(|workspace| {
+            let stroke = workspace.document.labels().strokes.get(&id)?;
+            workspace.locked_by(id, stroke).map(str::to_owned)
+        });
+        self.refuse(locked.map(unchanged))
     }
 
     /// The stroke that a choice of a class is about: the selected one, while the tool is the one that selects.

@@ -1,6 +1,6 @@
 //! The objects of the scene, and saying which of them the next strokes are on.
 
-use inplace_core::labels::{ClassId, Edit, FoundObject, Object, ObjectId, Stroke};
+use inplace_core::labels::{ClassId, Edit, FoundObject, Object, ObjectId, Stroke, StrokeId};
 
 use super::Workspace;
 
@@ -36,6 +36,22 @@ impl Workspace {
             (Some(object), None) => Some(object.into()),
             (None, found) => found,
         }
+    }
+
+    /// The object that a stroke says, or the part of the surface that it lies on as far as the window has found them.
+    pub(super) fn object_of_stroke(&self, id: StrokeId, stroke: &Stroke) -> Option<ObjectId> {
+        let lies_on = |found: &&FoundObject| found.strokes.contains(&id);
+        let part = || self.found.iter().find(lies_on).map(|found| found.object.id);
+        stroke.object.or_else(part)
+    }
+
+    /// The name of an object that labels or maps have.
+    pub(super) fn name_of_object(&self, id: ObjectId) -> Option<&str> {
+        let found = self.found.iter().map(|found| &found.object);
+        let mut known = self.document.labels().objects.iter().chain(found);
+        known
+            .find(|object| object.id == id)
+            .map(|object| object.name.as_str())
     }
 
     /// Whether the objects are listed, so that they have to be looked for.

@@ -1,5 +1,7 @@
 //! Drawing, erasing, selecting, and the edits that are taken back.
 
+use std::collections::BTreeSet;
+
 use inplace_core::labels::{Edit, History, Pixel, StrokeId, StrokeKind, VOID};
 
 use super::Workspace;
@@ -63,9 +65,10 @@ impl Workspace {
     /// Erases along a path on the frame in view: every eraser of the window does it here.
     fn erase(&mut self, path: &[Pixel], radius: u32) -> Option<Edit> {
         let frame = self.frame_index;
-        let locked = self.class_view.locked.clone();
-        let may_erase = |class| !locked.contains(&class);
-        self.edit(|history| history.erase_where(frame, path, radius, may_erase))
+        let strokes = self.document.strokes_on(frame);
+        let locked = strokes.filter(|(id, stroke)| self.locked_by(*id, stroke).is_some());
+        let locked: BTreeSet<StrokeId> = locked.map(|(id, _)| id).collect();
+        self.edit(|history| history.erase_where(frame, path, radius, |id| !locked.contains(&id)))
     }
 
     /// Changes the labels and tells the worker; `None` when nothing changed.

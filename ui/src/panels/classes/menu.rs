@@ -22,9 +22,9 @@ pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Command
         menu.entry(some, "Save classes as a file...", Command::Show(Some(save)));
         menu.ui.separator();
         menu.keyed(true, &FIND_CLASS);
-        menu.entry(!view.hidden.is_empty(), "Show all classes", Command::ShowClasses);
-        let locked = !view.locked.is_empty();
-        menu.entry(locked, "Unlock all classes", Command::UnlockClasses);
+        menu.entry(view.hidden.is_some(), "Show all that is hidden", Command::ShowAll);
+        let locked = !view.locked.is_empty() || !view.locked_objects.is_empty();
+        menu.entry(locked, "Unlock all", Command::UnlockAll);
     });
 }
 
@@ -81,14 +81,16 @@ fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, 
     let is_last = index + 1 == classes.len();
     menu.entry(!is_last, "Move down", Command::MoveClass(class.id, index + 1));
     menu.ui.separator();
-    let lock = if locked { "Unlock" } else { "Lock" };
-    menu.entry(true, lock, Command::SetClassLocked(class.id, !locked));
-    let hide = if hidden {
-        "Show in the overlay"
-    } else {
-        "Hide in the overlay"
-    };
-    menu.entry(true, hide, Command::SetClassHidden(class.id, !hidden));
+    menu.entry(
+        true,
+        lock_words(locked),
+        Command::SetClassLocked(class.id, !locked),
+    );
+    menu.entry(
+        true,
+        hide_words(hidden),
+        Command::SetClassHidden(class.id, !hidden),
+    );
     menu.ui.separator();
     let delete = match workspace.document.strokes_of_class(class.id) {
         0 => "Delete".to_owned(),
@@ -96,4 +98,17 @@ fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, 
         many => format!("Delete with its {many} strokes"),
     };
     menu.entry(true, &delete, Command::DeleteClass(class.id));
+}
+
+/// What locks a class or an object, or unlocks it.
+pub(super) fn lock_words(locked: bool) -> &'static str {
+    if locked { "Unlock" } else { "Lock" }
+}
+
+/// What hides a class or an object, or shows it again.
+pub(super) fn hide_words(hidden: bool) -> &'static str {
+    match hidden {
+        true => "Show in the overlay",
+        false => "Hide in the overlay",
+    }
 }

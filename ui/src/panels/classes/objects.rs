@@ -8,7 +8,8 @@ use inplace_model::text::counted;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use super::row::{ROW, SWATCH_MIDDLE};
+use super::menu::{hide_words, lock_words};
+use super::row::{MARK, Marks, ROW, SWATCH_MIDDLE};
 use crate::canvas::object_words;
 use crate::panels::parts::Menu;
 use crate::theme;
@@ -37,7 +38,17 @@ pub(super) fn show(
     let frames = found
         .map(|found| counted(found.frames, "frame", "frames"))
         .unwrap_or_default();
-    let words = format!("{}, object of {}, {frames}", object.name, class.name);
+    let marks = Marks {
+        name: &object.name,
+        locked: workspace.is_object_locked(object.id),
+        hidden: workspace.class_view.hidden.has(object.id),
+    };
+    let words = format!(
+        "{}, object of {}, {frames}{}",
+        object.name,
+        class.name,
+        marks.words()
+    );
     row.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, chosen, &words));
     if row.clicked() {
         commands.push(Command::ChooseObject(object.id));
@@ -47,10 +58,27 @@ pub(super) fn show(
         pos2(rect.right() - 4.0 - side, rect.center().y - 0.5 * side),
         vec2(side, side),
     );
-    let number = found
+    // The eye takes the place of the number, so that the name stays readable.
+    let number = found.filter(|_| !marks.hidden);
+    let number = number
         .map(|found| format!("{} fr.", found.frames))
         .unwrap_or_default();
-    paint(ui, rect.with_max_x(menu.left()), &row, object, chosen, &number);
+    let lock = menu.translate(vec2(-MARK, 0.0)).with_max_x(menu.left());
+    let eye = lock.translate(vec2(if marks.hidden { -MARK } else { 0.0 }, 0.0));
+    paint(
+        ui,
+        rect.with_max_x(eye.left()),
+        &row,
+        object,
+        (chosen, marks.hidden),
+        &number,
+    );
+    if marks.lock(ui, &row, lock) {
+        commands.push(Command::SetObjectLocked(object.id, !marks.locked));
+    }
+    if marks.eye(ui, eye) {
+        commands.push(Command::SetObjectHidden(object.id, false));
+    }
     merge_by_drag(ui, workspace, &row, object, commands);
     let row = row.on_hover_ui(|ui| {
         ui.label(explained(workspace, class, own));
@@ -61,7 +89,7 @@ pub(super) fn show(
     let mut contents = |ui: &mut Ui| entries(ui, workspace, (class, own), &mut rename, commands);
     Popup::menu(&button).show(&mut contents);
     Popup::context_menu(&row).show(&mut contents);
-    if rename && workspace.is_locked(class.id) {
+    if rename && (marks.locked || workspace.is_locked(class.id)) {
         // Refused with the reason.
         commands.push(Command::RenameObject(object.id, object.name.clone()));
         return false;
@@ -69,7 +97,14 @@ pub(super) fn show(
     rename
 }
 
-fn paint(ui: &Ui, rect: Rect, row: &egui::Response, object: &Object, chosen: bool, frames: &str) {
+fn paint(
+    ui: &Ui,
+    rect: Rect,
+    row: &egui::Response,
+    object: &Object,
+    (chosen, hidden): (bool, bool),
+    frames: &str,
+) {
     let visuals = ui.visuals();
     let line = row.rect.with_min_x(rect.left() + INSET);
     if chosen {
@@ -95,10 +130,10 @@ fn paint(ui: &Ui, rect: Rect, row: &egui::Response, object: &Object, chosen: boo
         weak,
     );
     let name = Rect::from_x_y_ranges(middle.x + 12.0..=frames.left() - 6.0, rect.y_range());
-    let color = if chosen {
-        visuals.strong_text_color()
-    } else {
-        visuals.text_color()
+    let color = match (chosen, hidden) {
+        (true, _) => visuals.strong_text_color(),
+        (false, true) => weak,
+        (false, false) => visuals.text_color(),
     };
     line_of_text(ui, name, &object.name, 13.0, color);
 }
@@ -110,7 +145,10 @@ fn explained(workspace: &Workspace, class: &Class, (object, found): Listed<'_>) 
         Some(_) => {
             let strokes = labels.strokes.values();
             let own = strokes.filter(|stroke| stroke.object == Some(object.id));
-            counted(own.count(), "stroke names it", "strokes name it")
+            match own.count() {
+                0 if labels.imported.is_some() => "no stroke names it, but imported images".to_owned(),
+                strokes => counted(strokes, "stroke names it", "strokes name it"),
+            }
         }
         None => "no stroke names it yet".to_owned(),
     };
@@ -179,6 +217,27 @@ fn entries(
         });
     });
     ui.separator();
+    let hidden = &workspace.class_view.hidden;
+    let (locked, is_hidden) = (workspace.is_object_locked(object.id), hidden.has(object.id));
+    let only = hidden.all_but == Some(object.id);
+    let only_words = if only {
+        "Show the others again"
+    } else {
+        "Show only this one"
+    };
+    let mut menu = Menu { ui, commands };
+    menu.entry(
+        true,
+        lock_words(locked),
+        Command::SetObjectLocked(object.id, !locked),
+    );
+    menu.entry(
+        true,
+        hide_words(is_hidden),
+        Command::SetObjectHidden(object.id, !is_hidden),
+    );
+    menu.entry(true, only_words, Command::ShowOnly(object.id, !only));
+    menu.ui.separator();
     let listed = workspace.document.labels().object(object.id).is_some();
     let delete = format!("Delete, its strokes say only {}", class.name);
     Menu { ui, commands }.entry(listed, &delete, Command::DeleteObject(object.id));

@@ -5,6 +5,7 @@ use inplace_core::labels::{ClassId, VOID};
 use inplace_model::text::counted;
 use inplace_model::{Command, Commands};
 
+use super::menu::lock_words;
 use crate::theme;
 use crate::widgets::{Icon, focus_ring, key_cap, line_of_text, swatch};
 
@@ -15,7 +16,7 @@ pub(super) const ROW: f32 = 32.0;
 pub(super) const SWATCH_MIDDLE: f32 = 30.0;
 
 /// Width of the padlock and of the eye.
-const MARK: f32 = 20.0;
+pub(super) const MARK: f32 = 20.0;
 
 /// What a line shows.
 pub(super) struct Row<'a> {
@@ -45,20 +46,27 @@ pub(super) struct Parts {
 }
 
 impl Row<'_> {
+    fn marks(&self) -> Marks<'_> {
+        Marks {
+            name: self.name,
+            locked: self.locked,
+            hidden: self.hidden,
+        }
+    }
+
     /// Draws the line; a click chooses the class.
     pub(super) fn show(&self, ui: &mut Ui, commands: &mut Commands) -> (egui::Response, Parts) {
         let size = vec2(ui.available_width(), ROW);
         let (_, rect) = ui.allocate_space(size);
         // By class and not by place, so that a line that moves keeps the keyboard.
         let response = ui.interact(rect, ui.scope_id().with("line"), Sense::click_and_drag());
-        let locked = if self.locked { ", locked" } else { "" };
-        let hidden = if self.hidden { ", hidden" } else { "" };
+        let marks = self.marks().words();
         let strokes = counted(self.strokes, "stroke", "strokes");
         let said = self
             .said
             .map(|said| format!(", saying {said}"))
             .unwrap_or_default();
-        let words = format!("{}, {strokes}{locked}{hidden}{said}", self.name);
+        let words = format!("{}, {strokes}{marks}{said}", self.name);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, self.chosen, &words));
         if response.clicked() {
             commands.push(Command::ChooseClass(self.id));
@@ -157,21 +165,48 @@ impl Row<'_> {
                 commands.push(Command::UnfoldClass(self.id, !unfolded));
             }
         }
-        let icon = if self.locked { Icon::Locked } else { Icon::Unlocked };
-        let name = format!("{} {}", if self.locked { "Unlock" } else { "Lock" }, self.name);
-        let near = self.locked || row.contains_pointer() || row.has_focus();
-        if mark(ui, parts.lock, icon, &name, near) {
+        let marks = self.marks();
+        if marks.lock(ui, row, parts.lock) {
             commands.push(Command::SetClassLocked(self.id, !self.locked));
         }
-        let name = format!("Show {} in the overlay", self.name);
-        if self.hidden && mark(ui, parts.eye, Icon::Hidden, &name, true) {
+        if marks.eye(ui, parts.eye) {
             commands.push(Command::SetClassHidden(self.id, false));
         }
     }
 }
 
+/// The padlock and the eye of a class or an object.
+pub(super) struct Marks<'a> {
+    pub name: &'a str,
+    pub locked: bool,
+    pub hidden: bool,
+}
+
+impl Marks<'_> {
+    /// What its line says of it.
+    pub(super) fn words(&self) -> String {
+        let locked = if self.locked { ", locked" } else { "" };
+        let hidden = if self.hidden { ", hidden" } else { "" };
+        format!("{locked}{hidden}")
+    }
+
+    /// The padlock, which is seen on the line that is pointed at and where it is locked; returns whether it was clicked.
+    pub(super) fn lock(&self, ui: &Ui, row: &egui::Response, rect: Rect) -> bool {
+        let icon = if self.locked { Icon::Locked } else { Icon::Unlocked };
+        let name = format!("{} {}", lock_words(self.locked), self.name);
+        let near = self.locked || row.contains_pointer() || row.has_focus();
+        mark(ui, rect, icon, &name, near)
+    }
+
+    /// The eye of what is hidden; returns whether it was clicked.
+    pub(super) fn eye(&self, ui: &Ui, rect: Rect) -> bool {
+        let name = format!("Show {} in the overlay", self.name);
+        self.hidden && mark(ui, rect, Icon::Hidden, &name, true)
+    }
+}
+
 /// A small button that is there for the keyboard even while it is not seen; returns whether it was clicked.
-fn mark(ui: &Ui, rect: Rect, icon: Icon, name: &str, seen: bool) -> bool {
+pub(super) fn mark(ui: &Ui, rect: Rect, icon: Icon, name: &str, seen: bool) -> bool {
     let response = ui.interact(rect, ui.scope_id().with(name), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
     if seen || response.has_focus() {
