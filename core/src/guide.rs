@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use candidates::{candidates, class_weights, unclearness, visible};
 use effect::{Context, Effect, EffectSearch};
 
-use crate::labels::{ClassId, Pixel, VOID};
+use crate::labels::{ClassId, ObjectId, Pixel, VOID};
 use crate::scene::Scene;
 use crate::semantics::{ENTROPY_STEPS_PER_NAT, LabelPropagation, NO_NODE, NodeCells};
 
@@ -46,6 +46,8 @@ pub struct Likely {
     pub class: ClassId,
     /// Its probability in the maps, 0..=1.
     pub probability: f32,
+    /// The object that the nearest label of the class says, where it says one.
+    pub object: Option<ObjectId>,
 }
 
 /// Most suggestions at a time.
@@ -222,7 +224,11 @@ fn likely(propagation: &LabelPropagation, node: u32) -> Vec<Likely> {
         .filter(|&class| class != VOID)
         .filter_map(|class| {
             let probability = probabilities[of_class(class)?];
-            Some(Likely { class, probability })
+            Some(Likely {
+                class,
+                probability,
+                object: propagation.nearest_object(node, class),
+            })
         })
         .collect()
 }

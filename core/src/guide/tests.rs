@@ -1,6 +1,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::*;
+use crate::labels::Stroke;
 use crate::labels::testing::{Click, clicked};
 use crate::scene::Camera;
 use crate::scene::testing::wall;
@@ -38,6 +39,23 @@ fn the_first_suggestion_is_on_the_half_without_a_label() {
     let x = shift + 2.0 * camera.pixel_direction(best.pixel[0], best.pixel[1]).x;
     assert!(x > 0.0, "{best:?}");
     assert!((best.score - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_likely_thing_comes_with_the_object_of_its_nearest_label() {
+    let scene = wall(2, 80, 60);
+    let mut history = clicked(&["chair", "table"], &BOTH[1..]);
+    let (chair, _) = history.add_object(Stroke::click(0, 1, [10, 30]), &[]).unwrap();
+    let propagation = propagated(&scene, history.labels());
+    let found = suggest(&scene, &propagation, None, &AtomicBool::default()).unwrap();
+    let likely = found.iter().flat_map(|place| &place.classes);
+    let objects: Vec<_> = likely.map(|likely| (likely.class, likely.object)).collect();
+    assert!(objects.contains(&(1, Some(chair))), "{objects:?}");
+    assert!(
+        objects
+            .iter()
+            .all(|&(class, object)| object.is_some() == (class == 1))
+    );
 }
 
 #[test]

@@ -188,7 +188,7 @@ impl<'a> Weights<'a> {
 
     /// The object of a node of this class: that of its nearest label, or by votes where that says none or weighs less than
     /// they do.
-    fn object(&self, node: u32, class: ClassId) -> Option<ObjectId> {
+    pub(crate) fn object(&self, node: u32, class: ClassId) -> Option<ObjectId> {
         let Evidence {
             classes,
             geodesics,

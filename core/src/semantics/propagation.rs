@@ -13,9 +13,9 @@ use super::map::OnSurface;
 use super::strays::strays;
 use super::{
     ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Likeness, Posterior, Surface,
-    SurfaceImport,
+    SurfaceImport, Weights,
 };
-use crate::labels::{ClassId, Label, LabelSet, Stroke, StrokeId, VOID, rasterise};
+use crate::labels::{ClassId, Label, LabelSet, ObjectId, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::{Camera, Scene};
 
 /// The labels of a scene on its surface, kept in step with the strokes.
@@ -273,6 +273,11 @@ impl LabelPropagation {
     /// prior.
     pub(crate) fn probabilities(&self, node: usize) -> Vec<f32> {
         self.evidence().probabilities(node)
+    }
+
+    /// The object that a node would have if it were of this class: that of the class's nearest label, where that says one.
+    pub(crate) fn nearest_object(&self, node: u32, class: ClassId) -> Option<ObjectId> {
+        Weights::new(self.evidence()).object(node, class)
     }
 
     /// Whether there are any labels on the surface.

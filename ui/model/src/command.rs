@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use inplace_core::guide::audit::Verdict;
-use inplace_core::labels::{Class, ClassId, FoundObject, ObjectId, Pixel, StrokeId, Trust};
+use inplace_core::labels::{Class, ClassId, FoundObject, Label, ObjectId, Pixel, StrokeId, Trust};
 use inplace_core::scene::{SceneSource, Viewpoint};
 use inplace_core::semantics::KnownPart;
 
@@ -177,8 +177,10 @@ pub enum Command {
     NextSuggestion,
     /// Goes to the suggestion before.
     PreviousSuggestion,
-    /// Labels the suggestion with this index.
-    AnswerSuggestion(usize, ClassId),
+    /// Labels the suggestion with this index, as an object where the label says one.
+    AnswerSuggestion(usize, Label),
+    /// Labels the suggestion at hand as a new object of its likeliest class.
+    AnswerNew,
     /// Labels the suggestion at hand with its most likely class (0), or its second (1).
     AnswerLikely(usize),
     /// Labels the suggestion at hand with the n-th class of the list; 0 is void.

@@ -314,6 +314,7 @@ mod tests {
             share: 0.1,
             classes: vec![Likely {
                 class,
+                object: None,
                 probability: 0.6,
             }],
         }

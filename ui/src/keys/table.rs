@@ -125,10 +125,12 @@ table! {
     /// The keys that answer a suggestion; while one is at hand they come before those of [`TABLE`], and nobody can move
     /// them.
     AT_A_SUGGESTION:
-    ANSWER "Label as likely" [key("Enter")] "At a suggestion: label it with its first likely class"
+    ANSWER "Label as likely" [key("Enter")] "At a suggestion: label it with its first likely class, and the object that is named"
         => Command::AnswerLikely(0);
     ANSWER_SECOND "Label as second" [key("Enter").with_shift()]
         "At a suggestion: label it with its second likely class" => Command::AnswerLikely(1);
+    ANSWER_NEW "New object" [key("O")] "At a suggestion: label it as a new object of its first likely class"
+        => Command::AnswerNew;
     "1 to 9, 0" => "At a suggestion: label it with a class of the list; 0 is void";
     ANSWER_BY_NAME "Name it" [key("C")] "At a suggestion: type the name of its class"
         => Command::FindClass(ClassUse::Answer);

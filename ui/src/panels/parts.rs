@@ -1,7 +1,8 @@
 //! What panels are made of.
 
 use egui::{Align, Button, Layout, ScrollArea, Ui};
-use inplace_core::labels::{ClassId, VOID};
+use inplace_core::guide::Likely;
+use inplace_core::labels::{ClassId, Label, Object, VOID};
 use inplace_model::preferences::{Pane, PreferenceChange};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
@@ -52,12 +53,21 @@ fn digit_of(workspace: &Workspace, id: ClassId) -> Option<String> {
     Some((index + 1).to_string())
 }
 
-/// The key that answers a suggestion with its most likely class (rank 0), or with the second.
-pub fn answer_key(workspace: &Workspace, rank: usize, class: ClassId) -> String {
+/// The key that answers a suggestion with what is most likely there (rank 0), or second. A digit says only the class.
+pub fn answer_key(workspace: &Workspace, rank: usize, label: Label) -> String {
+    let digit = || digit_of(workspace, label.class).filter(|_| label.object.is_none());
     match rank {
         0 => "Enter".to_owned(),
-        _ => digit_of(workspace, class).unwrap_or_else(|| "Shift+Enter".to_owned()),
+        _ => digit().unwrap_or_else(|| "Shift+Enter".to_owned()),
     }
+}
+
+/// The object that a likely class of a suggestion says.
+pub fn object_near<'a>(workspace: &'a Workspace, likely: &Likely) -> Option<&'a Object> {
+    workspace
+        .document
+        .labels()
+        .object(workspace.likely_label(likely).object?)
 }
 
 /// How many frames are done.

@@ -9,8 +9,8 @@ use egui::{
 use inplace_model::suggestions::{A_MOMENT, Mode};
 use inplace_model::workspace::Workspace;
 
-use super::parts::answer_key;
-use crate::keys::table::NEXT_SUGGESTION;
+use super::parts::{answer_key, object_near};
+use crate::keys::table::{ANSWER_NEW, NEXT_SUGGESTION};
 use crate::theme;
 use crate::widgets::swatch;
 
@@ -20,7 +20,7 @@ const LINE: f32 = 24.0;
 const GAP: f32 = 14.0;
 /// Room inside the bar.
 const MARGIN: Vec2 = vec2(14.0, 6.0);
-/// Longest class name in the bar, in letters.
+/// Longest name in the bar, in letters.
 const LONGEST: usize = 24;
 
 /// A key with what it does.
@@ -107,9 +107,12 @@ fn at(workspace: &Workspace, index: usize) -> String {
     let count = workspace.suggestions().listed.len();
     let number = format!("Suggestion {} of {count}", index + 1);
     if workspace.suggestions().settled {
-        format!("{number}, {}", "settled meanwhile")
-    } else {
-        number
+        return format!("{number}, settled meanwhile");
+    }
+    let likeliest = workspace.suggestions().listed[index].classes.first();
+    match likeliest.and_then(|likely| object_near(workspace, likely)) {
+        Some(object) => format!("{number}: {}, or a new one?", cut(&object.name)),
+        None => number,
     }
 }
 
@@ -124,15 +127,19 @@ fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
         let Some(class) = workspace.document.labels().class(likely.class) else {
             continue;
         };
-        let mut name: String = class.name.chars().take(LONGEST).collect();
-        if name.len() < class.name.len() {
-            name.push('…');
-        }
+        let object = object_near(workspace, likely);
         items.push(Item {
-            key: answer_key(workspace, rank, class.id),
+            key: answer_key(workspace, rank, workspace.likely_label(likely)),
             color: Some(class.color),
-            words: name,
+            words: cut(object.map_or(&class.name, |object| &object.name)),
         });
+        if rank == 0 && class.thing {
+            // Nobody can move this key.
+            items.push(Item::new(
+                &ANSWER_NEW.keys[0].to_string(),
+                &format!("new {}", cut(&class.name)),
+            ));
+        }
     }
     if !workspace.document.classes().is_empty() {
         items.push(Item::new("0-9", "class"));
@@ -141,6 +148,15 @@ fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
         items.push(Item::new(key, does));
     }
     items
+}
+
+/// A name that is not too long for the bar.
+fn cut(name: &str) -> String {
+    let mut short: String = name.chars().take(LONGEST).collect();
+    if short.len() < name.len() {
+        short.push('…');
+    }
+    short
 }
 
 /// An item with its texts laid out.

@@ -9,9 +9,9 @@ use inplace_model::view::ImagePart;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use super::parts::{answer_key, card};
+use super::parts::{answer_key, card, object_near};
 use crate::canvas::{marker, rect_of, region};
-use crate::keys::table::{ANSWER_BY_NAME, NEXT_SUGGESTION, PREVIOUS_SUGGESTION, SKIP, UNDO};
+use crate::keys::table::{ANSWER_BY_NAME, ANSWER_NEW, NEXT_SUGGESTION, PREVIOUS_SUGGESTION, SKIP, UNDO};
 use crate::numbers;
 use crate::theme;
 use crate::thumbnails::{self, Thumbnails};
@@ -122,14 +122,19 @@ impl SuggestionPanel {
             ui.spacing_mut().item_spacing.y = 6.0;
             title(ui, place);
             for (rank, likely) in place.suggestion.classes.iter().take(2).enumerate() {
-                let key = answer_key(place.workspace, rank, likely.class);
+                let label = place.workspace.likely_label(likely);
+                let key = answer_key(place.workspace, rank, label);
                 if class_button(ui, place.workspace, None, *likely, Some(&key), width) {
-                    commands.push(Command::AnswerSuggestion(place.index, likely.class));
+                    commands.push(Command::AnswerSuggestion(place.index, label));
                 }
             }
-            ui.horizontal(|ui| {
+            let labels = place.workspace.document.labels();
+            let likeliest = place.suggestion.classes.first();
+            let likeliest = likeliest.and_then(|likely| labels.class(likely.class));
+            let new = likeliest.filter(|class| class.thing).map(|_| &ANSWER_NEW);
+            ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 6.0;
-                for command in [&ANSWER_BY_NAME, &SKIP] {
+                for command in new.into_iter().chain([&ANSWER_BY_NAME, &SKIP]) {
                     // Nobody can move these keys.
                     let name = format!("{} ({})", command.name, command.keys[0]);
                     if ui.button(name).clicked() {
@@ -164,7 +169,8 @@ impl SuggestionPanel {
                 ui.spacing_mut().item_spacing.x = 4.0;
                 for likely in place.suggestion.classes.iter().take(2) {
                     if class_button(ui, place.workspace, Some(place.index), *likely, None, width) {
-                        commands.push(Command::AnswerSuggestion(place.index, likely.class));
+                        let label = place.workspace.likely_label(likely);
+                        commands.push(Command::AnswerSuggestion(place.index, label));
                     }
                 }
             });
@@ -276,7 +282,7 @@ fn row(ui: &mut Ui, color: Option<[u8; 3]>, text: &str, button: &str, mut clicke
     });
 }
 
-/// A button that gives a place a class: its colour, its name, how likely it is, and the key that does it. Returns
+/// A button that gives a place a class, or the object of it that is near: the class's colour, the name, how likely it is, and the key that does it. Returns
 /// whether it was pressed.
 fn class_button(
     ui: &mut Ui,
@@ -289,7 +295,8 @@ fn class_button(
     if workspace.document.labels().class(likely.class).is_none() {
         return false;
     }
-    let (name, color) = workspace.document.name_and_color(likely.class);
+    let (class, color) = workspace.document.name_and_color(likely.class);
+    let name = object_near(workspace, &likely).map_or(class, |object| &object.name);
     let size = vec2(width, ui.spacing().interact_size.y);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     // The place at hand needs no number.

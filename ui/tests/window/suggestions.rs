@@ -4,7 +4,9 @@ use egui::{Key, Modifiers};
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::SceneSource;
+use inplace_model::Command;
 use inplace_model::suggestions::Mode;
+use inplace_model::tool::{DrawnLine, Tool};
 use inplace_model::view::View;
 use inplace_ui::{Target, UiOptions};
 use serde_json::{Value, json};
@@ -19,6 +21,7 @@ pub fn place(frame: usize, pixel: Pixel, classes: &[ClassId]) -> Suggestion {
     let [x, y] = pixel.map(|at| at as f32);
     let likely = |(rank, &class): (usize, &ClassId)| Likely {
         class,
+        object: None,
         probability: 0.6 / (rank + 1) as f32,
     };
     Suggestion {
@@ -257,4 +260,47 @@ fn a_trace_tells_what_is_suggested_and_what_was_answered() {
     let newest = &traced("labels").pop().unwrap()["newest"];
     assert_eq!((&newest["frame"], &newest["class"]), (&json!("rgb_3"), &json!(1)));
     assert_eq!(newest["lines"], json!([[[20, 30]]]));
+}
+
+#[test]
+fn where_a_thing_is_likely_it_is_asked_which_one() {
+    let mut window = Window::with_classes(&["chair", "table"]);
+    window.act(Command::ChooseClass(1));
+    window.act(Command::SayNewObject);
+    let points = vec![[8, 8]];
+    window.act(Command::Draw(DrawnLine {
+        tool: Tool::Brush,
+        points,
+    }));
+    let chair = window.labels().objects[0].id;
+    let suggested = |frame: usize| {
+        let mut suggestion = place(frame, [20, 30], &[1, 2]);
+        suggestion.classes[0].object = Some(chair);
+        suggestion
+    };
+    let newest = |window: &Window| {
+        let (_, stroke) = window.labels().strokes.last_key_value().unwrap();
+        stroke
+            .object
+            .and_then(|id| Some(window.labels().object(id)?.name.clone()))
+    };
+    suggest_now(&mut window, vec![suggested(3)]);
+    window.key(Key::N);
+    window.sees_part("chair 1, or a new one?");
+    window.sees_part("Enter: chair 1, O: new chair, 2: table");
+    window.key(Key::Enter);
+    assert_eq!(newest(&window).as_deref(), Some("chair 1"));
+    suggest_now(&mut window, vec![suggested(4)]);
+    window.key(Key::O);
+    assert_eq!(newest(&window).as_deref(), Some("chair 2"));
+    assert_eq!(last_stroke(&window), (4, 1, [20, 30]));
+    // A digit says only the class, and so does Enter where the object is locked.
+    suggest_now(&mut window, vec![suggested(1)]);
+    window.key(Key::Num1);
+    assert_eq!((last_stroke(&window).0, newest(&window)), (1, None));
+    window.act(Command::SetObjectLocked(chair, true));
+    suggest_now(&mut window, vec![suggested(2)]);
+    window.sees_part("Enter: chair, O: new chair");
+    window.key(Key::Enter);
+    assert_eq!((last_stroke(&window).0, newest(&window)), (2, None));
 }

@@ -118,7 +118,7 @@ impl Model {
         self.change_class_view(|view| set(&mut view.unfolded, id, unfolded));
     }
 
-    fn known_object(&self, id: ObjectId) -> Option<FoundObject> {
+    pub(crate) fn known_object(&self, id: ObjectId) -> Option<FoundObject> {
         self.state.workspace().and_then(|workspace| workspace.object(id))
     }
 

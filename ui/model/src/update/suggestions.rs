@@ -1,6 +1,6 @@
 //! Actions on the suggestions.
 
-use inplace_core::labels::ClassId;
+use inplace_core::labels::{ClassId, FoundObject, Label};
 use inplace_core::project::Step;
 
 use crate::model::Model;
@@ -54,13 +54,37 @@ impl Model {
         self.state.workspace()?.suggestions().at()
     }
 
-    pub(crate) fn answer_suggestion(&mut self, index: usize, class: ClassId) {
+    pub(crate) fn answer_suggestion(&mut self, index: usize, label: Label) {
+        let object = label.object.and_then(|id| self.known_object(id));
+        self.answer(index, label.class, object);
+    }
+
+    /// Labels the suggestion at hand as a new object of its likeliest class.
+    pub(crate) fn answer_new(&mut self) {
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let suggestions = workspace.suggestions();
+        let likeliest = suggestions.at().and_then(|index| {
+            let likely = suggestions.listed[index].classes.first()?;
+            Some((index, likely.class))
+        });
+        if let Some((index, class)) = likeliest {
+            let object = workspace.new_object(class);
+            let sentence = object.is_none().then(|| workspace.why_no_object(class));
+            if !self.refuse(sentence) {
+                self.answer(index, class, object);
+            }
+        }
+    }
+
+    fn answer(&mut self, index: usize, class: ClassId, object: Option<FoundObject>) {
         let edit = self.with_workspace(|workspace| {
             // So that it is seen what the answer does.
             if workspace.suggestions().at() != Some(index) {
                 workspace.show_suggestion(index);
             }
-            workspace.answer_suggestion(index, class)
+            workspace.answer_suggestion(index, class, object.as_ref())
         });
         if edit.is_some() {
             self.give_up_focus();
@@ -73,10 +97,10 @@ impl Model {
         let answer = self.state.workspace().and_then(|workspace| {
             let index = workspace.suggestions().at()?;
             let likely = workspace.suggestions().listed[index].classes.get(rank)?;
-            Some((index, likely.class))
+            Some((index, workspace.likely_label(likely)))
         });
-        if let Some((index, class)) = answer {
-            self.answer_suggestion(index, class);
+        if let Some((index, label)) = answer {
+            self.answer_suggestion(index, label);
         }
     }
 
@@ -89,7 +113,7 @@ impl Model {
     /// Labels the suggestion at hand with a class that was found.
     pub(crate) fn answer_with(&mut self, class: ClassId) {
         if let Some(index) = self.suggestion_at_hand() {
-            self.answer_suggestion(index, class);
+            self.answer_suggestion(index, class.into());
         }
     }
 

@@ -68,15 +68,20 @@ impl Workspace {
         let Some(class) = class else {
             return Some("Choose the class of the object first.".to_owned());
         };
-        let sentence = match class.thing {
-            false => format!(
+        let class = class.id;
+        self.said = self.new_object(class);
+        self.said.is_none().then(|| self.why_no_object(class))
+    }
+
+    /// Why there can be no new object of a class, a sentence.
+    pub(crate) fn why_no_object(&self, class: ClassId) -> String {
+        match self.document.labels().class(class) {
+            Some(class) if !class.thing => format!(
                 "\"{}\" is stuff, which has no objects: its menu in the class list makes it a thing.",
                 class.name
             ),
-            true => "All numbers that objects can have are taken.".to_owned(),
-        };
-        self.said = self.new_object(class.id);
-        self.said.is_none().then_some(sentence)
+            _ => "All numbers that objects can have are taken.".to_owned(),
+        }
     }
 
     /// From now on, strokes say this object.
@@ -116,7 +121,7 @@ impl Workspace {
         edit
     }
 
-    fn new_object(&self, class: ClassId) -> Option<FoundObject> {
+    pub(crate) fn new_object(&self, class: ClassId) -> Option<FoundObject> {
         let found = self.found.iter().map(|found| &found.object);
         let parts = self.parts.iter().map(|part| &part.object);
         let others: Vec<Object> = found.chain(parts).cloned().collect();

@@ -1,6 +1,7 @@
 //! Where to label next, and going from one such place to another.
 
-use inplace_core::labels::{ClassId, Edit, Stroke, VOID};
+use inplace_core::guide::Likely;
+use inplace_core::labels::{ClassId, Edit, FoundObject, Label, ObjectId, Stroke, VOID};
 use inplace_core::session::Phase;
 
 use super::Workspace;
@@ -41,15 +42,37 @@ impl Workspace {
         }
     }
 
-    /// Labels the place of a suggestion; `None` when it is not there, or was answered before.
-    pub fn answer_suggestion(&mut self, index: usize, class: ClassId) -> Option<Edit> {
+    /// What a likely class says of a place: the object that the nearest label says, while there is one that is not locked,
+    /// or else the class alone.
+    pub fn likely_label(&self, likely: &Likely) -> Label {
+        let is_there = |id: &ObjectId| {
+            let object = self.document.labels().object(*id);
+            object.is_some_and(|object| object.class == likely.class) && !self.is_object_locked(*id)
+        };
+        Label {
+            class: likely.class,
+            object: likely.object.filter(is_there),
+        }
+    }
+
+    /// Labels the place of a suggestion, as this object of the class where there is one; `None` when it is not there, or was
+    /// answered before.
+    pub fn answer_suggestion(
+        &mut self,
+        index: usize,
+        class: ClassId,
+        object: Option<&FoundObject>,
+    ) -> Option<Edit> {
         let place = self.suggestions.listed.get(index)?;
         let exists = class == VOID || self.document.labels().class(class).is_some();
         if !exists || self.suggestions.answer_of(index).is_some() {
             return None;
         }
         let click = Stroke::click(place.frame, class, place.pixel);
-        let edit = self.edit(|history| Some(history.add_stroke(click)))?;
+        let edit = self.edit(|history| match object {
+            Some(object) => history.label_object(object, click),
+            None => Some(history.add_stroke(click)),
+        })?;
         let stroke = edit.strokes.last()?.id;
         self.suggestions.answered(index, class, stroke);
         Some(edit)
