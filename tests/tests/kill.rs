@@ -56,13 +56,7 @@ fn step(history: &mut History, sequence: u64) -> Step {
         11 => one
             .zip(other)
             .and_then(|(one, other)| history.merge_object(&one, &other)),
-        12 => one.and_then(|one| history.delete_object(one.object.id)),
-        13 => {
-            let into = one.map(|object| object.object.id);
-            stroke
-                .zip(into)
-                .and_then(|(stroke, into)| history.change_stroke_object(stroke, into))
-        }
+        12..=13 => one.and_then(|one| history.delete_object(one.object.id)),
         14 => stroke.and_then(|stroke| history.delete_stroke(stroke)),
         15 => stroke.and_then(|stroke| history.change_stroke_class(stroke, click.class)),
         16 => history.erase(click.frame, &[pixel], 6),

@@ -90,7 +90,10 @@ impl LabelImage {
     }
 
     /// What is read of every pixel by the samples of its channels, row-major.
-    fn values(&self, value: impl Fn(&[u16]) -> Result<u16, PixelProblem>) -> Result<Vec<u16>, LabelImageError> {
+    fn values(
+        &self,
+        value: impl Fn(&[u16]) -> Result<u16, PixelProblem>,
+    ) -> Result<Vec<u16>, LabelImageError> {
         let [width, height] = self.size.map(|side| side as usize);
         let channels = self.color.samples();
         let mut values = Vec::with_capacity(width * height);
