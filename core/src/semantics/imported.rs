@@ -106,7 +106,7 @@ impl SurfaceImport {
         labels.imported.as_ref().is_some_and(same) && Known::new(&self.in_images, labels) == self.known
     }
 
-    /// Confidence, in parts of [`CERTAIN`], from which pixels keep the class of their node where depth is estimated.
+    /// Confidence, in parts of [`CERTAIN`], from which pixels keep the class of their node where the image decides.
     pub fn sure(&self) -> u16 {
         self.sure
     }

@@ -76,7 +76,7 @@ pub(super) struct OnSurface {
     pub(super) posterior: Arc<Posterior>,
     /// Entropy where there is no node.
     pub(super) unknown: u16,
-    /// Confidence from which pixels keep the class of their node where depth is estimated; `None`: never.
+    /// Confidence from which pixels keep the class of their node where the image decides; `None`: never.
     pub(super) sure: Option<u16>,
     /// Trusted label images: their pixels have their class for certain.
     pub(super) trusted: Option<Arc<ImportedLabels>>,
@@ -91,8 +91,8 @@ impl OnSurface {
         let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
         let (number, frame) = (frame, &self.scene.frames[frame]);
         match frame.depth() {
-            Some(depth) => nodes_at_borders(frame, depth, &shown, nodes, labels),
-            None => {
+            Some(depth) if self.surface.is_sharp => nodes_at_borders(frame, depth, &shown, nodes, labels),
+            _ => {
                 let superpixels = || self.surface.superpixels.of_frame(number, frame);
                 let confidence = &self.posterior.confidence;
                 let is_sure = |node| self.sure.is_some_and(|sure| confidence[node as usize] >= sure);

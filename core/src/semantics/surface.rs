@@ -56,6 +56,8 @@ pub struct Surface {
     pub others: Option<Arc<OtherFrames>>,
     /// Side of a voxel, in metres.
     pub voxel: f32,
+    /// Whether measured depth is so exact that its edges lie where the images show them; that of a sensor is not.
+    pub is_sharp: bool,
     /// The superpixels of the frames that were looked at last.
     pub superpixels: Arc<Superpixels>,
 }
@@ -142,7 +144,8 @@ impl Surface {
         size: f32,
     ) -> Option<Self> {
         let lengths = Lengths { scene, field };
-        let mut voxels = Voxels::new(voxel_side(lengths)?, extent);
+        let (side, is_sharp) = voxel_side(lengths)?;
+        let mut voxels = Voxels::new(side, extent);
         let stride = stride(scene);
         let mut sums = fuse(&voxels, lengths, stride);
         while sums.len() > MOST_NODES {
@@ -155,7 +158,10 @@ impl Surface {
             drop(sums);
             sums = fuse(&voxels, lengths, stride);
         }
-        Some(Self::from_sums(voxels, sums, lengths))
+        Some(Self {
+            is_sharp,
+            ..Self::from_sums(voxels, sums, lengths)
+        })
     }
 
     fn from_sums(voxels: Voxels, sums: FxHashMap<Voxel, Sum>, lengths: Lengths<'_>) -> Self {
@@ -200,6 +206,7 @@ impl Surface {
             pixels,
             others: OtherFrames::new(others.collect(), places),
             voxel: voxels.side,
+            is_sharp: true,
             superpixels: Arc::default(),
         }
     }
@@ -291,9 +298,9 @@ fn normal(points: &Points<'_>, column: u32, row: u32) -> Vec3 {
     if normal.dot(centre) > 0.0 { -normal } else { normal }
 }
 
-/// Side of a voxel from the size of a pixel at the median depth and from the noise of measured depth; `None` where
-/// there is no depth at all.
-fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
+/// Side of a voxel from the size of a pixel at the median depth and from the noise of measured depth, and whether there is
+/// so little noise that it does not matter; `None` where there is no depth at all.
+fn voxel_side(lengths: Lengths<'_>) -> Option<(f32, bool)> {
     let mut footprints: Vec<f32> = Vec::new();
     for number in lengths.scene.keyframes() {
         let frame = &lengths.scene.frames[number];
@@ -307,9 +314,9 @@ fn voxel_side(lengths: Lengths<'_>) -> Option<f32> {
         footprints.extend(known.map(|length| length / frame.camera.fx));
     }
     let side = lengths.fusion().footprints * median(footprints)?;
-    let noisy = (VOXEL_NOISES * depth_noise(lengths.scene)).min(MOST_GROWTH * side);
-    let side = side.max(noisy);
-    Some(side.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1))
+    let noisy = VOXEL_NOISES * depth_noise(lengths.scene);
+    let grown = side.max(noisy.min(MOST_GROWTH * side));
+    Some((grown.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1), noisy <= side))
 }
 
 /// Median distance of measured depth from the mean of its two neighbours in the row, over all frames, in metres; 0

@@ -33,6 +33,7 @@ pub fn loose(nodes: Vec<Node>, voxel: f32) -> Surface {
         pixels: Vec::new(),
         others: None,
         voxel,
+        is_sharp: true,
         superpixels: Arc::default(),
     }
 }

@@ -274,8 +274,8 @@ fn both_parts_of_a_semantic_field_label_a_view_that_no_frame_shows() {
 }
 
 #[test]
-fn voxels_grow_with_the_noise_of_the_depth_to_twice_their_side() {
-    let voxel = |noise: f32| {
+fn voxels_grow_with_the_noise_of_the_depth_to_twice_their_side_and_the_depth_is_not_sharp() {
+    let built = |noise: f32| {
         let mut scene = wall(3, 64, 48);
         for frame in &mut scene.frames {
             // Every second column is nearer: each is that far from the mean of its neighbours.
@@ -284,15 +284,19 @@ fn voxels_grow_with_the_noise_of_the_depth_to_twice_their_side() {
                 .collect();
             frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, depths)));
         }
-        Surface::build(&scene, &[], 5.0).unwrap().voxel
+        let surface = Surface::build(&scene, &[], 5.0).unwrap();
+        (surface.voxel, surface.is_sharp)
     };
-    let exact = voxel(0.0);
-    assert!((0.15..0.2).contains(&exact), "{exact}");
+    let (exact, is_sharp) = built(0.0);
+    assert!((0.15..0.2).contains(&exact) && is_sharp, "{exact}");
     // Along the rays, which are up to 1.6 times as long as the depth.
-    let noisy = voxel(0.012);
-    assert!((1.0..1.6).contains(&(noisy / (20.0 * 0.012))), "{noisy}");
+    let (noisy, is_sharp) = built(0.012);
+    assert!(
+        (1.0..1.6).contains(&(noisy / (20.0 * 0.012))) && !is_sharp,
+        "{noisy}"
+    );
     assert!(noisy < 1.9 * exact);
-    let very_noisy = voxel(0.05);
+    let (very_noisy, _) = built(0.05);
     assert!((very_noisy / (2.0 * exact) - 1.0).abs() < 0.05, "{very_noisy}");
 }
 
