@@ -2,7 +2,7 @@
 //! click to its labels on the screen, and a window at rest that takes no time.
 //!
 //! A short run on every push; `INPLACE_FELT_SECONDS=60 cargo test --release -p inplace-tests --test felt -- --nocapture`
-//! on a quiet machine is the measurement, `INPLACE_FELT_SCENE=DIR` takes a capture of one's own.
+//! on a quiet machine is the measurement, with the demo at its full size.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
@@ -11,11 +11,11 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use inplace_core::scene::demo::Shot;
 use inplace_tests::{Hands, PATIENCE, Small, TRACE, Window, number, skip};
 use serde_json::Value;
 
 const SECONDS: &str = "INPLACE_FELT_SECONDS";
-const SCENE: &str = "INPLACE_FELT_SCENE";
 /// Shortest length of a run at which the limits hold: builds for tests are slower, and run beside other tests.
 const LONG: u64 = 60;
 const SLACK: f64 = if cfg!(debug_assertions) { 8.0 } else { 4.0 };
@@ -29,6 +29,8 @@ const AT_REST: f64 = 0.02;
 const MOVE: Duration = Duration::from_millis(16);
 /// After a click: its labels are there, and a person goes to the next place.
 const NEXT: Duration = Duration::from_millis(400);
+/// A brush is dragged so long in a frame, then in the next one.
+const STROKE: Duration = Duration::from_secs(2);
 /// Where frames are on the screen: left, top, width and height, away from all panels.
 const FRAME: [u64; 4] = [420, 180, 420, 320];
 
@@ -74,9 +76,12 @@ fn follow(window: &Window) {
 fn measured(trains: bool, arguments: &[&str]) {
     let _alone = ALONE.lock();
     let seconds = number(SECONDS, 6);
-    let write = |scene: &Path| match std::env::var_os(SCENE) {
-        Some(own) => std::os::unix::fs::symlink(own, scene).unwrap(),
-        None => Small::get().write(scene),
+    let write = |scene: &Path| {
+        if seconds >= LONG {
+            Small::of(Shot::default()).write(scene);
+        } else {
+            Small::get().write(scene);
+        }
     };
     let arguments = [&["--stats", "--trace", TRACE], arguments].concat();
     let window = match Window::open(write, &arguments) {
@@ -98,11 +103,13 @@ fn measured(trains: bool, arguments: &[&str]) {
     hands.press("d");
     follow(&window);
     (2..2 + 2 * seconds).for_each(click);
-    let moving = Duration::from_secs(seconds) / 2;
-    wander(&hands, moving);
-    hands.act("mousedown 1");
-    wander(&hands, moving);
-    hands.act("mouseup 1");
+    wander(&hands, Duration::from_secs(seconds) / 2);
+    for _ in 0..(seconds / 4) {
+        hands.press("d");
+        hands.act("mousedown 1");
+        wander(&hands, STROKE);
+        hands.act("mouseup 1");
+    }
     follow(&window);
     let share = (!trains).then(|| {
         std::thread::sleep(Duration::from_secs(2));

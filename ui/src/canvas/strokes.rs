@@ -11,7 +11,7 @@ use inplace_model::versioned::Version;
 use inplace_model::workspace::Workspace;
 
 use super::region::Region;
-use super::shapes::{FILL, HALO, fill, line_shapes, stroke_color};
+use super::shapes::{FILL, HALO, disc, fill, line_shapes, stroke_color};
 use super::view::Placement;
 use crate::theme;
 
@@ -183,9 +183,7 @@ impl MeshPen {
             for line in &stroke.lines {
                 let points: Vec<Pos2> = line.iter().map(|&pixel| placement.pixel_center(pixel)).collect();
                 let half = if points.len() == 1 { half.max(4.0) } else { half } + wider;
-                let joints = points
-                    .iter()
-                    .map(|&point| Shape::circle_filled(point, half, color));
+                let joints = points.iter().map(|&point| disc(point, half, color));
                 self.shapes(joints.collect::<Vec<_>>());
                 if points.len() > 1 {
                     self.shapes([Shape::line(points, Pen::new(2.0 * half, color))]);
