@@ -51,17 +51,23 @@ pub struct Session {
 impl Session {
     /// Starts a worker; `wake` is called after every event, from the worker's threads.
     pub fn start(options: SessionOptions, wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self::begin(options, None, wake)
+        Self::begin(options, None, false, wake)
+    }
+
+    /// Starts a worker that gives way to a window: where one is drawn without a GPU, both want all cores.
+    pub fn beside_window(options: SessionOptions, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self::begin(options, None, true, wake)
     }
 
     /// Starts a worker on a scene that is already open; the options' source is not read.
     pub fn on(scene: Arc<Scene>, options: SessionOptions, wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self::begin(options, Some(scene), wake)
+        Self::begin(options, Some(scene), false, wake)
     }
 
     fn begin(
         options: SessionOptions,
         scene: Option<Arc<Scene>>,
+        gives_way: bool,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Self {
         let (command_sender, commands) = unbounded();
@@ -70,7 +76,12 @@ impl Session {
         let outbox = outbox::Outbox::new(event_sender, Arc::clone(&maps), Box::new(wake));
         let thread = std::thread::Builder::new().name("inplace-worker".to_owned());
         let failed = outbox.clone();
-        let worker = thread.spawn(move || thread::run(options, scene, &commands, &outbox));
+        let worker = thread.spawn(move || {
+            if gives_way {
+                thread::give_way();
+            }
+            thread::run(options, scene, &commands, &outbox);
+        });
         let worker = match worker {
             Ok(handle) => Some(handle),
             Err(error) => {

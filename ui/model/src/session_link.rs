@@ -34,7 +34,7 @@ pub type SessionStarter = Box<dyn Fn(SessionOptions, Box<dyn Fn() + Send + Sync>
 
 /// Starts real sessions.
 pub fn real_sessions() -> SessionStarter {
-    Box::new(|options, wake| Box::new(Session::start(options, wake)))
+    Box::new(|options, wake| Box::new(Session::beside_window(options, wake)))
 }
 
 /// A session that ends off the UI thread: dropping it waits for the worker.
