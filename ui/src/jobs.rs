@@ -99,12 +99,16 @@ impl Jobs {
             } else {
                 "xdg-open"
             };
-            if let Err(error) = std::process::Command::new(program).arg(&folder).spawn() {
-                let folder = folder.display();
-                tell(Outcome::Done(Done::Failed(format!(
-                    "{folder} cannot be shown: {program} did not start ({error}); copy the path instead."
-                ))));
-            }
+            let reason = match std::process::Command::new(program).arg(&folder).status() {
+                // Explorer has shown the folder and says otherwise.
+                Ok(status) if status.success() || cfg!(windows) => return,
+                Ok(status) => format!("ended with {status}"),
+                Err(error) => format!("did not start ({error})"),
+            };
+            let folder = folder.display();
+            tell(Outcome::Done(Done::Failed(format!(
+                "{folder} cannot be shown: {program} {reason}; copy the path instead."
+            ))));
         });
     }
 

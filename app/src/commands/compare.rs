@@ -22,7 +22,7 @@ fn read(
     progress: &Arc<Progress>,
 ) -> Result<Labelling, Failure> {
     let contents = Contents::read(project)?;
-    let session = run::of_project(&contents, training, false);
+    let session = run::of_project(&contents, training, false)?;
     let open = session.open;
     let mut client = run::start(session, progress);
     let scene = client.opened()?;

@@ -50,7 +50,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         }
     }
     export::prepare(&arguments.out, &[])?;
-    let session = run::of_project(&contents, &arguments.training, trajectory.is_some());
+    let session = run::of_project(&contents, &arguments.training, trajectory.is_some())?;
     let open = session.open;
     let exported = |labelled: LabelledScene<'_>| {
         let format = arguments.format;

@@ -1,7 +1,7 @@
 //! The field's hot loops as a candle custom op with hand-written gradients.
 //!
 //! [`render`] does all of it in one op for the CPU's vector unit, chosen at run time ([`Dispatch`]). Its
-//! gradients are tested against central differences and against the same computation in plain candle ops.
+//! gradients are tested against those of the same computation in plain candle ops.
 
 // Loops over lanes are written by index, as the vectors that they become.
 #![allow(clippy::needless_range_loop, clippy::too_many_arguments)]

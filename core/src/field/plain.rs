@@ -122,7 +122,7 @@ pub(super) fn encode(
         .reshape(((), levels * FEATURES_PER_LEVEL))
 }
 
-/// Direction features of some samples' rays, `[n, 9]`.
+/// Direction features of some samples' rays, `[n, DIRECTION_FEATURES]`.
 fn directions(samples: &Samples, range: Range<usize>, device: &Device) -> Result<Tensor> {
     let count = range.len();
     let rays = &ray_of_samples(&samples.packing)[range];

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use candle_core::{Device, Result, Tensor};
 use rand::{SeedableRng, rngs::SmallRng};
 
+use super::encoding::FEATURES_PER_LEVEL;
 use super::exposure::Exposure;
 use super::kernels::{Adam, Wanted};
 use super::model::restore;
@@ -357,7 +358,7 @@ impl Trainer {
         };
         let is_usable =
             table.dtype() == self.field.table().dtype() && is_alike(weights, self.field.weights());
-        let (&[rows, _], true) = (table.dims(), is_usable) else {
+        let (&[rows, FEATURES_PER_LEVEL], true) = (table.dims(), is_usable) else {
             return Ok(());
         };
         let fits = |capacity: &Capacity| capacity.grid().rows() == rows;

@@ -177,8 +177,17 @@ fn add_object(labels: &mut LabelSet, object: Object) -> Result<(), (ObjectId, St
 /// The labels as the text of a strokes file, in pixels of the frames' images on disk. Strokes on frames that
 /// the scene does not have are left out.
 ///
-/// A stroke with several lines (a filled polygon, or one of which parts were erased) becomes one entry per line.
+/// A stroke with several lines (a filled polygon, or one of which parts were erased) becomes one entry per line. Objects
+/// of a class that has become stuff are left out.
 pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
+    let is_thing = |object: &Object| labels.class(object.class).is_some_and(|class| class.thing);
+    let objects: Vec<Object> = labels
+        .objects
+        .iter()
+        .filter(|object| is_thing(object))
+        .cloned()
+        .collect();
+    let is_listed = |id: &ObjectId| objects.iter().any(|object| object.id == *id);
     let mut records = Vec::new();
     for stroke in labels.strokes.values() {
         let Some(frame) = frames.get(stroke.frame) else {
@@ -194,7 +203,7 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
                 records.push(StrokeRecord {
                     frame: frame.stem.clone(),
                     class: stroke.class,
-                    object: stroke.object,
+                    object: stroke.object.filter(is_listed),
                     points,
                     radius: stroke.radius,
                 });
@@ -203,8 +212,8 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
     }
     let file = StrokesFile {
         classes: labels.classes.clone(),
-        objects: labels.objects.clone(),
         strokes: records,
+        objects,
     };
     // Plain structs of numbers and strings always have a JSON form.
     serde_json::to_string_pretty(&file).unwrap_or_default()
@@ -289,7 +298,7 @@ mod tests {
             let file = serde_json::json!({ "classes": classes, "strokes": strokes });
             parse_strokes(&file.to_string(), &scene)
         };
-        let labels = parse(&[click(2, 7), click(2, 3), click(2, 7)]).unwrap();
+        let mut labels = parse(&[click(2, 7), click(2, 3), click(2, 7)]).unwrap();
         let objects: Vec<_> = labels
             .objects
             .iter()
@@ -308,6 +317,9 @@ mod tests {
             let reason = parse(&[stroke]).unwrap_err().to_string();
             assert!(reason.contains(part), "{reason}");
         }
+        labels.classes[1].thing = false;
+        let stuff = parse_strokes(&strokes_json(&labels, &scene.frames), &scene).unwrap();
+        assert!(stuff.objects.is_empty() && stuff.strokes.len() == 3, "{stuff:?}");
         let reason = parse(&[click(2, 7), click(1, 7)]).unwrap_err().to_string();
         assert!(
             reason.contains("stroke 2 is of class 1, and its object 7 of class 2"),

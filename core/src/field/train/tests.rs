@@ -125,6 +125,10 @@ fn a_spoilt_state_is_refused_and_changes_nothing() {
     for (name, spoilt) in [
         ("field.table", zeros(&[], DType::F32)),
         ("field.table", zeros(&[0, 0], DType::F32)),
+        (
+            "field.table",
+            zeros(&[grown.field.table().dims()[0], 3], DType::F32),
+        ),
         ("field.table", zeros(grown.field.table().dims(), DType::F64)),
         ("field.weights", zeros(&[3], DType::F32)),
         ("field.weights", zeros(weights, DType::U32)),
