@@ -9,6 +9,15 @@ use serde_json::{Value, json};
 
 use crate::preferences::each;
 
+/// A class or an object: what has a line of its own in the class list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Named {
+    /// A class; void is one here.
+    Class(ClassId),
+    /// An object of a class.
+    Object(ObjectId),
+}
+
 /// The classes and objects that are locked, those that are hidden, and the classes whose objects are listed.
 ///
 /// What a person labelled as a locked class or object stays as it is: its strokes are not erased, changed or covered, and
@@ -49,6 +58,29 @@ impl Hidden {
 }
 
 impl ClassView {
+    /// Locks a class or an object, or unlocks it.
+    pub fn set_locked(&mut self, named: Named, locked: bool) {
+        match named {
+            Named::Class(id) => set(&mut self.locked, id, locked),
+            Named::Object(id) => set(&mut self.locked_objects, id, locked),
+        }
+    }
+
+    /// Hides a class or an object, or shows it again. After an object, none is shown alone, unless it is this one and
+    /// shown.
+    pub fn set_hidden(&mut self, named: Named, hidden: bool) {
+        match named {
+            Named::Class(id) => set(&mut self.hidden.classes, id, hidden),
+            Named::Object(id) => {
+                set(&mut self.hidden.objects, id, hidden);
+                let all_but = &mut self.hidden.all_but;
+                if all_but.is_some_and(|shown| (shown == id) == hidden) {
+                    *all_but = None;
+                }
+            }
+        }
+    }
+
     /// Puts these into what a project keeps of the window, a JSON object.
     pub fn keep_in(&self, view: &mut Value) {
         view["locked"] = self.locked.iter().copied().collect();
@@ -71,6 +103,15 @@ impl ClassView {
             },
             unfolded: each(&kept["unfolded"]).collect(),
         }
+    }
+}
+
+/// Puts an id among others, or takes it away.
+pub(crate) fn set<Id: Ord>(ids: &mut BTreeSet<Id>, id: Id, present: bool) {
+    if present {
+        ids.insert(id);
+    } else {
+        ids.remove(&id);
     }
 }
 

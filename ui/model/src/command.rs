@@ -8,6 +8,7 @@ use inplace_core::labels::{Class, ClassId, FoundObject, Label, ObjectId, Pixel, 
 use inplace_core::scene::{SceneSource, Viewpoint};
 use inplace_core::semantics::KnownPart;
 
+use crate::class_view::Named;
 use crate::dialogs::{ClassUse, Dialog, ExportChoice, Purpose};
 use crate::frames::{FrameFilter, FrameOrder};
 use crate::layer::Layer;
@@ -87,24 +88,18 @@ pub enum Command {
 
     /// Adds a class, makes it current and applies the click that waited for it.
     AddClass(String),
-    /// Makes a class current; void is a class here.
-    ChooseClass(ClassId),
+    /// Makes a class current. With an object, its class becomes current, and from now on, strokes say the object.
+    Choose(Named),
     /// Makes the n-th class of the list current; 0 is void.
     ChooseSlot(usize),
-    /// Gives a class another name.
-    RenameClass(ClassId, String),
+    /// Gives a class or an object another name.
+    Rename(Named, String),
     /// Gives a class another colour.
     RecolorClass(ClassId, [u8; 3]),
     /// From now on, strokes of the current class say a new object of it.
     SayNewObject,
-    /// From now on, strokes say this object; its class becomes the current one.
-    ChooseObject(ObjectId),
-    /// Gives an object another name.
-    RenameObject(ObjectId, String),
     /// Makes the first object a part of the second.
     MergeObject(ObjectId, ObjectId),
-    /// Deletes an object: its strokes say only the class.
-    DeleteObject(ObjectId),
     /// Shows an object in the frame that has most of its pixels.
     GoToObject(ObjectId),
     /// These are the objects of the scene, as far as they are looked for, and those of them that no stroke names, to find them
@@ -114,8 +109,8 @@ pub enum Command {
     UnfoldClass(ClassId, bool),
     /// Makes a class one of things, which have objects, or stuff.
     SetClassThing(ClassId, bool),
-    /// Deletes a class and its strokes.
-    DeleteClass(ClassId),
+    /// Deletes a class and its strokes, or an object, whose strokes say only the class then.
+    Delete(Named),
     /// Gives all strokes of the first class to the second.
     MergeClass(ClassId, ClassId),
 
@@ -132,14 +127,10 @@ pub enum Command {
         /// Whether it goes behind.
         below: bool,
     },
-    /// Locks a class, or unlocks it.
-    SetClassLocked(ClassId, bool),
-    /// Hides a class in the overlay, or shows it again.
-    SetClassHidden(ClassId, bool),
-    /// Locks an object, or unlocks it.
-    SetObjectLocked(ObjectId, bool),
-    /// Hides an object in the overlay, or shows it again.
-    SetObjectHidden(ObjectId, bool),
+    /// Locks a class or an object, or unlocks it.
+    SetLocked(Named, bool),
+    /// Hides a class or an object in the overlay, or shows it again.
+    SetHidden(Named, bool),
     /// Shows the layer of objects with this one alone, or again with all others.
     ShowOnly(ObjectId, bool),
     /// Unlocks all classes and objects.

@@ -130,20 +130,17 @@ impl Model {
             Command::Redo => self.step(History::redo, Step::Redo),
 
             Command::AddClass(name) => self.add_class(&name),
-            Command::ChooseClass(class) => self.choose_class(class),
+            Command::Choose(named) => self.choose(named),
             Command::ChooseSlot(slot) => self.choose_slot(slot),
-            Command::RenameClass(id, name) => self.rename_class(id, name),
+            Command::Rename(named, name) => self.rename(named, name),
             Command::RecolorClass(id, color) => self.change_class(id, |class| class.color = color),
             Command::SayNewObject => drop(self.say_new_object()),
-            Command::ChooseObject(object) => self.choose_object(object),
-            Command::RenameObject(object, name) => self.rename_object(object, &name),
             Command::MergeObject(from, into) => self.merge_object(from, into),
-            Command::DeleteObject(object) => self.delete_object(object),
             Command::GoToObject(object) => self.go_to_object(object),
             Command::SeeObjects(found, parts) => self.see_objects(found, parts),
             Command::UnfoldClass(class, unfolded) => self.unfold_class(class, unfolded),
             Command::SetClassThing(id, thing) => self.change_class(id, |class| class.thing = thing),
-            Command::DeleteClass(id) => self.delete_class(id),
+            Command::Delete(named) => self.delete(named),
             Command::MergeClass(from, into) => self.merge_class(from, into),
             Command::AddClasses(classes) => self.add_classes(&classes),
             Command::MoveClass(id, place) => self.edit(|history| history.move_class(id, place)),
@@ -152,16 +149,12 @@ impl Model {
                 neighbour,
                 below,
             } => self.move_class_beside(class, neighbour, below),
-            Command::SetClassLocked(id, locked) => {
-                self.change_class_view(|view| classes::set(&mut view.locked, id, locked));
+            Command::SetLocked(named, locked) => {
+                self.change_class_view(|view| view.set_locked(named, locked));
             }
-            Command::SetClassHidden(id, hidden) => {
-                self.change_class_view(|view| classes::set(&mut view.hidden.classes, id, hidden));
+            Command::SetHidden(named, hidden) => {
+                self.change_class_view(|view| view.set_hidden(named, hidden));
             }
-            Command::SetObjectLocked(id, locked) => {
-                self.change_class_view(|view| classes::set(&mut view.locked_objects, id, locked));
-            }
-            Command::SetObjectHidden(id, hidden) => self.hide_object(id, hidden),
             Command::ShowOnly(id, only) => self.show_only(id, only),
             Command::UnlockAll => self.change_class_view(|view| {
                 view.locked.clear();

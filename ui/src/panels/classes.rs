@@ -7,8 +7,10 @@ mod row;
 
 use egui::{Key, Rect, ScrollArea, Ui, vec2};
 use inplace_core::labels::{Class, ClassId, ObjectId, PALETTES, VOID};
+use inplace_model::class_view::Named;
 use inplace_model::dialogs::{AddClasses, Dialog};
 use inplace_model::palette::VOID_COLOR;
+use inplace_model::text::counted;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
@@ -28,13 +30,6 @@ pub struct ClassPanel {
     renaming: Option<(Named, String)>,
     /// The class that was chosen when the list was drawn last, to bring another one into view.
     chosen: Option<ClassId>,
-}
-
-/// What can have another name.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Named {
-    Class(ClassId),
-    Object(ObjectId),
 }
 
 /// A line of the list.
@@ -88,16 +83,8 @@ impl ClassPanel {
                 }
                 for line in &lines[range] {
                     match *line {
-                        Line::Class(index) => {
-                            let class = &classes[index];
-                            ui.push_id(class.id, |ui| self.row(ui, workspace, index, class, commands));
-                        }
-                        Line::Object(index, own) => {
-                            let (class, id) = (&classes[index], own.0.id);
-                            ui.push_id(("object", id.number()), |ui| {
-                                self.object_row(ui, workspace, (class, own), commands);
-                            });
-                        }
+                        Line::Class(index) => self.row(ui, workspace, index, None, commands),
+                        Line::Object(index, own) => self.row(ui, workspace, index, Some(own), commands),
                         Line::NoObject => objects::none(ui, workspace.followed.is_none()),
                         Line::Void => void_row(ui, workspace, commands),
                     }
@@ -143,7 +130,7 @@ impl ClassPanel {
                 // Ready for the next name.
                 response.request_focus();
             } else if let (Some(known), true) = (known, entered) {
-                commands.push(Command::ChooseClass(known));
+                commands.push(Command::Choose(Named::Class(known)));
                 self.new_name.clear();
             } else if response.has_focus() && self.new_name.is_empty() && pointer_left(ui) {
                 response.surrender_focus();
@@ -151,64 +138,54 @@ impl ClassPanel {
         });
     }
 
+    /// The line of the class with this index, or of an object of it.
     fn row(
         &mut self,
         ui: &mut Ui,
         workspace: &Workspace,
         index: usize,
-        class: &Class,
+        own: Option<Listed<'_>>,
         commands: &mut Commands,
     ) {
-        if let Some(renamed) = self.rename_field(ui, Named::Class(class.id), &class.name) {
-            commands.extend(renamed.map(|name| Command::RenameClass(class.id, name)));
-            return;
-        }
-        let row = Row {
-            id: class.id,
-            name: &class.name,
-            color: class.color,
-            strokes: workspace.document.strokes_of_class(class.id),
-            slot: (index < 9).then_some(index + 1),
-            chosen: workspace.class == Some(class.id),
-            said: workspace
-                .said()
-                .filter(|said| said.class == class.id && !lists(workspace, class, said.id))
-                .map(|said| said.name.as_str()),
-            locked: workspace.is_locked(class.id),
-            hidden: workspace.is_hidden(class.id),
-            unfolded: can_have_objects(workspace, class)
-                .then(|| workspace.class_view.unfolded.contains(&class.id)),
+        let class = &workspace.document.classes()[index];
+        let row = match own {
+            None => class_row(workspace, index),
+            Some(own) => objects::row(workspace, class, own),
         };
-        let (response, parts) = row.show(ui, commands);
-        let mut rename = response.double_clicked();
-        if self.search.trim().is_empty() {
-            let count = workspace.document.classes().len();
-            row::reorder(ui, &response, class.id, index, count, commands);
-        }
-        color::recolor_popup(ui, class, parts.swatch, commands);
-        row.buttons(ui, &response, &parts, commands);
-        rename |= menu::of_class(ui, &response, workspace, index, parts.menu, commands);
-        if rename && row.locked {
-            // Refused with the reason.
-            commands.push(Command::RenameClass(class.id, class.name.clone()));
-        } else if rename {
-            self.renaming = Some((Named::Class(class.id), class.name.clone()));
-        }
-    }
-
-    fn object_row(
-        &mut self,
-        ui: &mut Ui,
-        workspace: &Workspace,
-        (class, own): (&Class, Listed<'_>),
-        commands: &mut Commands,
-    ) {
-        let (object, _) = own;
-        if let Some(renamed) = self.rename_field(ui, Named::Object(object.id), &object.name) {
-            commands.extend(renamed.map(|name| Command::RenameObject(object.id, name)));
-        } else if objects::show(ui, workspace, (class, own), commands) {
-            self.renaming = Some((Named::Object(object.id), object.name.clone()));
-        }
+        ui.push_id(row.named, |ui| {
+            if let Some(renamed) = self.rename_field(ui, row.named, row.name) {
+                commands.extend(renamed.map(|name| Command::Rename(row.named, name)));
+                return;
+            }
+            let (mut response, parts) = row.show(ui, commands);
+            let mut rename = response.double_clicked();
+            match own {
+                None => {
+                    if self.search.trim().is_empty() {
+                        let count = workspace.document.classes().len();
+                        row::reorder(ui, &response, class.id, index, count, commands);
+                    }
+                    color::recolor_popup(ui, class, parts.swatch, commands);
+                }
+                Some(own) => {
+                    objects::merge_by_drag(ui, workspace, &response, own.0, commands);
+                    response = response.on_hover_ui(|ui| {
+                        ui.label(objects::explained(workspace, class, own));
+                    });
+                }
+            }
+            row.buttons(ui, &response, &parts, commands);
+            rename |= menu::of_row(ui, &row, &response, parts.menu, |ui| match own {
+                None => menu::of_class(ui, workspace, index, &row, commands),
+                Some(own) => objects::entries(ui, workspace, (class, own), &row, commands),
+            });
+            if rename && (row.locked || workspace.is_locked(class.id)) {
+                // Refused with the reason.
+                commands.push(Command::Rename(row.named, row.name.to_owned()));
+            } else if rename {
+                self.renaming = Some((row.named, row.name.to_owned()));
+            }
+        });
     }
 
     /// A text field in place of the line, if that is being renamed; with its new name, once it has one.
@@ -249,6 +226,35 @@ fn lines<'a>(workspace: &'a Workspace, found: &[usize]) -> Vec<Line<'a>> {
     }
     lines.push(Line::Void);
     lines
+}
+
+/// The line of the class with this index.
+fn class_row(workspace: &Workspace, index: usize) -> Row<'_> {
+    let class = &workspace.document.classes()[index];
+    let said = workspace.said().filter(|said| said.class == class.id);
+    let unlisted = said.filter(|said| !lists(workspace, class, said.id));
+    let (facts, number) = strokes_of(workspace, class.id);
+    Row {
+        named: Named::Class(class.id),
+        name: &class.name,
+        color: class.color,
+        facts,
+        number,
+        slot: (index < 9).then_some(index + 1),
+        chosen: workspace.class == Some(class.id),
+        said: unlisted.map(|said| said.name.as_str()),
+        locked: workspace.is_locked(class.id),
+        hidden: workspace.is_hidden(class.id),
+        unfolded: can_have_objects(workspace, class)
+            .then(|| workspace.class_view.unfolded.contains(&class.id)),
+    }
+}
+
+/// How many strokes a class has, in words, and as the number on its line.
+fn strokes_of(workspace: &Workspace, class: ClassId) -> (String, Option<String>) {
+    let strokes = workspace.document.strokes_of_class(class);
+    let number = (strokes > 0).then(|| strokes.to_string());
+    (counted(strokes, "stroke", "strokes"), number)
 }
 
 /// Whether an object has a line of its own.
@@ -293,11 +299,13 @@ fn pointer_left(ui: &Ui) -> bool {
 }
 
 fn void_row(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
+    let (facts, number) = strokes_of(workspace, VOID);
     let row = Row {
-        id: VOID,
+        named: Named::Class(VOID),
         name: "void",
         color: VOID_COLOR,
-        strokes: workspace.document.strokes_of_class(VOID),
+        facts,
+        number,
         slot: Some(0),
         chosen: workspace.class == Some(VOID),
         said: None,

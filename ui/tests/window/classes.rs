@@ -4,6 +4,7 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{Class, PALETTES, StrokeId, read_class_list};
 use inplace_model::Command;
+use inplace_model::class_view::Named;
 use inplace_model::tool::{DrawnLine, Tool};
 
 use crate::stand::*;
@@ -77,7 +78,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
         window.act(Command::Draw(DrawnLine { tool, points }));
     };
     point(&mut window, Tool::Brush, 8);
-    window.act(Command::SetClassLocked(2, true));
+    window.act(Command::SetLocked(Named::Class(2), true));
     point(&mut window, Tool::Brush, 20);
     window.says("unlock it in the class list to label with it");
     window.act(Command::ChooseSlot(1));
@@ -89,8 +90,8 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     point(&mut window, Tool::Erase, 8);
     window.says("so its strokes stay");
     for change in [
-        Command::RenameClass(2, "roof".to_owned()),
-        Command::DeleteClass(2),
+        Command::Rename(Named::Class(2), "roof".to_owned()),
+        Command::Delete(Named::Class(2)),
         Command::MergeClass(1, 2),
         Command::DeleteStroke(StrokeId(1)),
     ] {
@@ -280,12 +281,12 @@ fn a_long_list_shows_the_class_that_is_chosen_elsewhere_and_has_a_search_field()
     let last = window.workspace().document.classes()[12].clone();
     let line = format!("{}, 0 strokes", last.name);
     window.misses(&line);
-    window.act(Command::ChooseClass(last.id));
+    window.act(Command::Choose(Named::Class(last.id)));
     window.harness.run_steps(4);
     window.sees(&line);
     let first = window.workspace().document.classes()[0].id;
     for class in [first, last.id, first] {
-        window.act(Command::ChooseClass(class));
+        window.act(Command::Choose(Named::Class(class)));
     }
     window.harness.run_steps(60);
     window.sees("wall, 0 strokes");

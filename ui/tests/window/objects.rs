@@ -3,6 +3,7 @@
 use egui::{Key, Modifiers, PointerButton};
 use inplace_core::labels::ObjectId;
 use inplace_model::Command;
+use inplace_model::class_view::Named;
 use inplace_model::layer::Layer;
 use inplace_model::tool::{DrawnLine, Tool};
 use inplace_ui::Target;
@@ -55,7 +56,7 @@ fn two_chairs(mut window: Window) -> Window {
     }
     window.key(Key::Escape);
     for (class, x) in [(2, 32), (1, 8), (1, 56)] {
-        window.act(Command::ChooseClass(class));
+        window.act(Command::Choose(Named::Class(class)));
         draw(&mut window, x);
     }
     window.click("List the objects of chair");
@@ -93,7 +94,7 @@ fn parts_of_a_class_are_named_merged_and_gone_on_with_and_undo_takes_each_back()
     assert_eq!(said(&window).iter().flatten().count(), 3);
     // Deleted, it is still a chair, and its strokes are no more of it.
     let chosen = window.workspace().said().unwrap().id;
-    window.act(Command::DeleteObject(chosen));
+    window.act(Command::Delete(Named::Object(chosen)));
     assert_eq!((listed(&window), window.strokes()), (vec!["stool".to_owned()], 4));
     assert!(window.workspace().said().is_none());
     for _ in 0..3 {
@@ -105,7 +106,7 @@ fn parts_of_a_class_are_named_merged_and_gone_on_with_and_undo_takes_each_back()
 #[test]
 fn a_stroke_with_ctrl_is_on_a_new_object_and_what_was_said_before_goes_on() {
     let mut window = two_chairs(Window::demo());
-    window.act(Command::ChooseObject(id(1)));
+    window.act(Command::Choose(Named::Object(id(1))));
     let place = window.canvas(0.0, 0.0);
     for pressed in [true, false] {
         window.harness.event(egui::Event::PointerMoved(place));
@@ -120,7 +121,7 @@ fn a_stroke_with_ctrl_is_on_a_new_object_and_what_was_said_before_goes_on() {
     assert_eq!(said(&window), [None, None, None, Some(3)]);
     assert_eq!(window.workspace().said().map(|said| said.id), Some(id(1)));
     // Of stuff there are none: nothing is drawn.
-    window.act(Command::ChooseClass(2));
+    window.act(Command::Choose(Named::Class(2)));
     let (tool, points) = (Tool::Brush, vec![[40, 8]]);
     window.act(Command::DrawObject(DrawnLine { tool, points }));
     window.says("\"floor\" is stuff");
@@ -135,12 +136,12 @@ fn an_object_is_gone_to_where_it_is_seen_best_and_a_lock_keeps_it_as_it_is() {
     window.act(Command::GoToFrame((best + 1) % FRAMES));
     window.click_through(&["Actions for chair 2", "Show in its best frame"]);
     assert_eq!(window.frame_index(), best);
-    window.act(Command::SetClassLocked(1, true));
+    window.act(Command::SetLocked(Named::Class(1), true));
     let before = window.labels().clone();
     for change in [
-        Command::RenameObject(id(1), "stool".to_owned()),
+        Command::Rename(Named::Object(id(1)), "stool".to_owned()),
         Command::MergeObject(id(1), id(2)),
-        Command::DeleteObject(id(1)),
+        Command::Delete(Named::Object(id(1))),
     ] {
         window.act(change);
     }
@@ -157,9 +158,9 @@ fn objects_and_their_edits_are_in_the_project_when_it_is_opened_again() {
         let mut window = two_chairs(Window::with_demo(folder.path()));
         window.save_as(&project);
         for edit in [
-            Command::RenameObject(id(2), "armchair".to_owned()),
+            Command::Rename(Named::Object(id(2)), "armchair".to_owned()),
             Command::MergeObject(id(1), id(2)),
-            Command::DeleteObject(id(2)),
+            Command::Delete(Named::Object(id(2))),
         ] {
             states.push(window.labels().clone());
             window.act(edit);
@@ -190,17 +191,17 @@ fn a_locked_object_keeps_its_strokes_and_those_that_lie_on_it() {
     window.sees(&format!("{}, locked", line("chair 1")));
     window.act(line_at(Tool::Erase, 8));
     window.says("\"chair 1\" is locked, so its strokes stay");
-    window.act(Command::ChooseClass(2));
+    window.act(Command::Choose(Named::Class(2)));
     window.act(line_at(Tool::Brush, 8));
     window.says("This would cover what is labelled \"chair 1\"");
-    window.act(Command::ChooseObject(id(1)));
+    window.act(Command::Choose(Named::Object(id(1))));
     window.act(line_at(Tool::Brush, 20));
     window.says("unlock it in the class list to label with it");
     for change in [
-        Command::RenameObject(id(1), "stool".to_owned()),
+        Command::Rename(Named::Object(id(1)), "stool".to_owned()),
         Command::MergeObject(id(1), id(2)),
         Command::MergeObject(id(2), id(1)),
-        Command::DeleteClass(1),
+        Command::Delete(Named::Class(1)),
         Command::MergeClass(1, 2),
     ] {
         window.act(change);
@@ -262,7 +263,7 @@ fn objects_are_hidden_one_by_one_or_all_but_one_and_the_project_keeps_that() {
         let chairs = window.workspace().objects_of(1);
         chairs.iter().any(|(_, found)| found.is_some())
     });
-    let locked = Command::SetObjectLocked(id(1), false);
+    let locked = Command::SetLocked(Named::Object(id(1)), false);
     [locked, Command::MergeObject(id(1), id(2))]
         .into_iter()
         .for_each(|command| window.act(command));

@@ -7,6 +7,7 @@ use inplace_core::guide::audit::Verdict;
 use inplace_core::labels::StrokeId;
 use inplace_core::session::{self, Event, Status, StrokeCheck};
 use inplace_model::Command;
+use inplace_model::class_view::Named;
 use inplace_model::frames::{FrameFilter, FrameOrder};
 use inplace_model::model::Side;
 use inplace_model::tool::{DrawnLine, Tool};
@@ -25,7 +26,7 @@ fn labelled(mut window: Window) -> Window {
     for (frame, class, pixel) in [(0, 1, [5, 5]), (0, 1, [40, 9]), (3, 1, [9, 30]), (3, 2, [50, 30])] {
         for action in [
             Command::GoToFrame(frame),
-            Command::ChooseClass(class),
+            Command::Choose(Named::Class(class)),
             Command::SetBrush(0),
             Command::Draw(DrawnLine {
                 tool: Tool::Brush,

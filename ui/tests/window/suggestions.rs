@@ -5,6 +5,7 @@ use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::SceneSource;
 use inplace_model::Command;
+use inplace_model::class_view::Named;
 use inplace_model::suggestions::Mode;
 use inplace_model::tool::{DrawnLine, Tool};
 use inplace_model::view::View;
@@ -265,7 +266,7 @@ fn a_trace_tells_what_is_suggested_and_what_was_answered() {
 #[test]
 fn where_a_thing_is_likely_it_is_asked_which_one() {
     let mut window = Window::with_classes(&["chair", "table"]);
-    window.act(Command::ChooseClass(1));
+    window.act(Command::Choose(Named::Class(1)));
     window.act(Command::SayNewObject);
     let points = vec![[8, 8]];
     window.act(Command::Draw(DrawnLine {
@@ -298,7 +299,7 @@ fn where_a_thing_is_likely_it_is_asked_which_one() {
     suggest_now(&mut window, vec![suggested(1)]);
     window.key(Key::Num1);
     assert_eq!((last_stroke(&window).0, newest(&window)), (1, None));
-    window.act(Command::SetObjectLocked(chair, true));
+    window.act(Command::SetLocked(Named::Object(chair), true));
     suggest_now(&mut window, vec![suggested(2)]);
     window.sees_part("Enter: chair, O: new chair");
     window.key(Key::Enter);

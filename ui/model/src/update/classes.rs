@@ -1,12 +1,11 @@
 //! Actions on the class list: many classes at once, locks, files, the finder.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use inplace_core::export::write_json;
 use inplace_core::labels::{AddedClasses, Class, ClassId, ImportError, Object, Stroke, read_class_list};
 
-use crate::class_view::ClassView;
+use crate::class_view::{ClassView, Named};
 use crate::dialogs::{ClassFinder, ClassUse, Dialog};
 use crate::effect::Effect;
 use crate::jobs::Done;
@@ -39,15 +38,21 @@ impl Model {
         });
     }
 
-    pub(crate) fn rename_class(&mut self, id: ClassId, name: String) {
-        if !self.locked_refuses_change(id) {
-            self.change_class(id, |class| class.name = name);
+    pub(crate) fn rename(&mut self, named: Named, name: String) {
+        match named {
+            Named::Class(id) if self.locked_refuses_change(id) => {}
+            Named::Class(id) => self.change_class(id, |class| class.name = name),
+            Named::Object(id) => {
+                self.change_object(id, |history, object| history.rename_object(object, &name));
+            }
         }
     }
 
-    pub(crate) fn delete_class(&mut self, id: ClassId) {
-        if !self.locked_refuses_loss(id) {
-            self.edit(|history| history.delete_class(id));
+    pub(crate) fn delete(&mut self, named: Named) {
+        match named {
+            Named::Class(id) if self.locked_refuses_loss(id) => {}
+            Named::Class(id) => self.edit(|history| history.delete_class(id)),
+            Named::Object(id) => self.delete_object(id),
         }
     }
 
@@ -137,7 +142,7 @@ impl Model {
     pub(crate) fn use_class(&mut self, purpose: ClassUse, class: ClassId) {
         self.state.dialog = None;
         match purpose {
-            ClassUse::Choose => self.choose_class(class),
+            ClassUse::Choose => self.choose(Named::Class(class)),
             ClassUse::Answer => self.answer_with(class),
         }
     }
@@ -173,15 +178,6 @@ impl Model {
         let classes = counted(count, "class", "classes");
         let sentence = format!("Saved {classes} to {}", path.display());
         self.state.messages.info(sentence);
-    }
-}
-
-/// Puts an id among others, or takes it away.
-pub(crate) fn set<Id: Ord>(ids: &mut BTreeSet<Id>, id: Id, present: bool) {
-    if present {
-        ids.insert(id);
-    } else {
-        ids.remove(&id);
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use inplace_core::labels::{Class, ClassId, Edit, History, Pixel, Stroke, VOID};
 use inplace_core::project::Step;
 
+use crate::class_view::Named;
 use crate::dialogs::Dialog;
 use crate::effect::Effect;
 use crate::model::Model;
@@ -101,7 +102,7 @@ impl Model {
             }
         };
         let added = self.new_class(name);
-        self.choose_class(added);
+        self.choose(Named::Class(added));
         if let Some(waiting) = waiting {
             let stroke = Stroke {
                 class: added,
@@ -124,16 +125,19 @@ impl Model {
         added
     }
 
-    /// A class is chosen to label with it.
-    pub(crate) fn choose_class(&mut self, class: ClassId) {
+    /// A class or an object is chosen to label with it.
+    pub(crate) fn choose(&mut self, named: Named) {
         self.choose_tool(self.state.settings.labelling);
-        self.with_workspace(|workspace| workspace.choose_class(class));
+        self.with_workspace(|workspace| match named {
+            Named::Class(class) => workspace.choose_class(class),
+            Named::Object(object) => workspace.choose_object(object),
+        });
     }
 
     pub(crate) fn choose_slot(&mut self, slot: usize) {
         match (self.class_of_slot(slot), self.stroke_to_change()) {
             (Some(class), Some(stroke)) => self.change_stroke_class(stroke, class),
-            (Some(class), None) => self.choose_class(class),
+            (Some(class), None) => self.choose(Named::Class(class)),
             (None, _) => {}
         }
     }

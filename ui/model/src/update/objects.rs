@@ -5,7 +5,7 @@ use std::sync::Arc;
 use inplace_core::labels::{ClassId, Edit, FoundObject, History, ObjectId};
 use inplace_core::semantics::KnownPart;
 
-use super::classes::set;
+use crate::class_view::set;
 use crate::layer::Layer;
 use crate::model::Model;
 use crate::tool::DrawnLine;
@@ -49,26 +49,11 @@ impl Model {
         }
     }
 
-    /// An object is chosen to go on with it.
-    pub(crate) fn choose_object(&mut self, id: ObjectId) {
-        self.choose_tool(self.state.settings.labelling);
-        self.with_workspace(|workspace| workspace.choose_object(id));
-    }
-
-    pub(crate) fn rename_object(&mut self, id: ObjectId, name: &str) {
-        self.change_object(id, |history, object| history.rename_object(object, name));
-    }
-
     pub(crate) fn merge_object(&mut self, from: ObjectId, into: ObjectId) {
         let Some(target) = self.known_object(into) else {
             return;
         };
-        let is_said = self
-            .state
-            .workspace()
-            .and_then(Workspace::said)
-            .map(|said| said.id)
-            == Some(from);
+        let is_said = self.says(from);
         if self.locked_refuses_object(&target.object) {
             return;
         }
@@ -78,16 +63,17 @@ impl Model {
         }
     }
 
-    pub(crate) fn delete_object(&mut self, id: ObjectId) {
-        let is_said = self
-            .state
-            .workspace()
-            .and_then(Workspace::said)
-            .map(|said| said.id)
-            == Some(id);
+    pub(super) fn delete_object(&mut self, id: ObjectId) {
+        let is_said = self.says(id);
         if self.change_object(id, |history, _| history.delete_object(id)) && is_said {
             self.with_workspace(|workspace| workspace.say(None));
         }
+    }
+
+    /// Whether strokes of the current class say this object.
+    fn says(&self, id: ObjectId) -> bool {
+        let said = self.state.workspace().and_then(Workspace::said);
+        said.is_some_and(|said| said.id == id)
     }
 
     /// Shows an object in the frame that has most of its pixels.
@@ -122,16 +108,6 @@ impl Model {
         self.state.workspace().and_then(|workspace| workspace.object(id))
     }
 
-    /// Hides an object in the overlay, or shows it again; then none is shown alone, unless it is this one and shown.
-    pub(crate) fn hide_object(&mut self, id: ObjectId, hidden: bool) {
-        self.change_class_view(|view| {
-            set(&mut view.hidden.objects, id, hidden);
-            if view.hidden.all_but.is_some_and(|shown| (shown == id) == hidden) {
-                view.hidden.all_but = None;
-            }
-        });
-    }
-
     /// Shows the layer of objects with this one alone, or again with all others.
     pub(crate) fn show_only(&mut self, id: ObjectId, only: bool) {
         if only {
@@ -144,7 +120,7 @@ impl Model {
     }
 
     /// Changes an object unless it or its class is locked; returns whether anything changed.
-    fn change_object(
+    pub(super) fn change_object(
         &mut self,
         id: ObjectId,
         change: impl FnOnce(&mut History, &FoundObject) -> Option<Edit>,

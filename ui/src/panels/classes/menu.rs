@@ -5,6 +5,7 @@ use inplace_model::dialogs::{AddClasses, Dialog};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
+use super::row::Row;
 use crate::keys::table::FIND_CLASS;
 use crate::panels::parts::Menu;
 use crate::widgets::{Icon, icon_button};
@@ -28,45 +29,43 @@ pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Command
     });
 }
 
-/// The menu of the class with this index, behind a button and behind the right button on its line; returns whether it
-/// is to be renamed.
-pub(super) fn of_class(
+/// The menu of a class or an object with these entries after the first, behind a button and behind the right button on
+/// its line; returns whether it is to be renamed.
+pub(super) fn of_row(
     ui: &mut Ui,
-    row: &egui::Response,
-    workspace: &Workspace,
-    index: usize,
+    row: &Row<'_>,
+    response: &egui::Response,
     rect: Rect,
-    commands: &mut Commands,
+    mut entries: impl FnMut(&mut Ui),
 ) -> bool {
-    let Some(class) = workspace.document.classes().get(index) else {
-        return false;
-    };
     let mut child = ui.new_child(egui::UiBuilder::new().max_rect(rect));
-    let button = icon_button(&mut child, Icon::More, &format!("Actions for {}", class.name));
+    let button = icon_button(&mut child, Icon::More, &format!("Actions for {}", row.name));
     let mut rename = false;
-    let mut contents = |ui: &mut Ui| entries(ui, workspace, index, &mut rename, commands);
+    let mut contents = |ui: &mut Ui| {
+        if ui.button("Rename").clicked() {
+            rename = true;
+            ui.close();
+        }
+        entries(ui);
+    };
     Popup::menu(&button).show(&mut contents);
-    Popup::context_menu(row).show(&mut contents);
+    Popup::context_menu(response).show(&mut contents);
     rename
 }
 
-fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, commands: &mut Commands) {
+/// The entries for the class with this index.
+pub(super) fn of_class(
+    ui: &mut Ui,
+    workspace: &Workspace,
+    index: usize,
+    row: &Row<'_>,
+    commands: &mut Commands,
+) {
     let classes = workspace.document.classes();
     let class = &classes[index];
-    let (locked, hidden) = (workspace.is_locked(class.id), workspace.is_hidden(class.id));
-    if ui.button("Rename").clicked() {
-        *rename = true;
-        ui.close();
-    }
-    ui.add_enabled_ui(classes.len() > 1, |ui| {
-        ui.menu_button("Merge into", |ui| {
-            ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
-                for other in classes.iter().filter(|other| other.id != class.id) {
-                    Menu { ui, commands }.entry(true, &other.name, Command::MergeClass(class.id, other.id));
-                }
-            });
-        });
-    });
+    let others = classes.iter().filter(|other| other.id != class.id);
+    let merges = others.map(|other| (&*other.name, Command::MergeClass(class.id, other.id)));
+    merge_entries(ui, merges, commands);
     ui.separator();
     for (thing, name) in [(true, "Thing (has objects)"), (false, "Stuff")] {
         if ui.radio(class.thing == thing, name).clicked() {
@@ -81,34 +80,46 @@ fn entries(ui: &mut Ui, workspace: &Workspace, index: usize, rename: &mut bool, 
     let is_last = index + 1 == classes.len();
     menu.entry(!is_last, "Move down", Command::MoveClass(class.id, index + 1));
     menu.ui.separator();
-    menu.entry(
-        true,
-        lock_words(locked),
-        Command::SetClassLocked(class.id, !locked),
-    );
-    menu.entry(
-        true,
-        hide_words(hidden),
-        Command::SetClassHidden(class.id, !hidden),
-    );
+    lock_and_hide_entries(&mut menu, row);
     menu.ui.separator();
     let delete = match workspace.document.strokes_of_class(class.id) {
         0 => "Delete".to_owned(),
         1 => "Delete with its stroke".to_owned(),
         many => format!("Delete with its {many} strokes"),
     };
-    menu.entry(true, &delete, Command::DeleteClass(class.id));
+    menu.entry(true, &delete, Command::Delete(row.named));
+}
+
+/// What merges a class or an object into one of the others, with their names.
+pub(super) fn merge_entries<'a>(
+    ui: &mut Ui,
+    merges: impl Iterator<Item = (&'a str, Command)>,
+    commands: &mut Commands,
+) {
+    let mut merges = merges.peekable();
+    ui.add_enabled_ui(merges.peek().is_some(), |ui| {
+        ui.menu_button("Merge into", |ui| {
+            ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+                for (name, merge) in merges {
+                    Menu { ui, commands }.entry(true, name, merge);
+                }
+            });
+        });
+    });
+}
+
+/// What locks and hides a class or an object, or takes that back.
+pub(super) fn lock_and_hide_entries(menu: &mut Menu<'_>, row: &Row<'_>) {
+    let lock = Command::SetLocked(row.named, !row.locked);
+    menu.entry(true, lock_words(row.locked), lock);
+    let words = match row.hidden {
+        true => "Show in the overlay",
+        false => "Hide in the overlay",
+    };
+    menu.entry(true, words, Command::SetHidden(row.named, !row.hidden));
 }
 
 /// What locks a class or an object, or unlocks it.
 pub(super) fn lock_words(locked: bool) -> &'static str {
     if locked { "Unlock" } else { "Lock" }
-}
-
-/// What hides a class or an object, or shows it again.
-pub(super) fn hide_words(hidden: bool) -> &'static str {
-    match hidden {
-        true => "Show in the overlay",
-        false => "Hide in the overlay",
-    }
 }

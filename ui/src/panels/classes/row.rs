@@ -2,7 +2,7 @@
 
 use egui::{Key, Modifiers, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use inplace_core::labels::{ClassId, VOID};
-use inplace_model::text::counted;
+use inplace_model::class_view::Named;
 use inplace_model::{Command, Commands};
 
 use super::menu::lock_words;
@@ -12,18 +12,24 @@ use crate::widgets::{Icon, focus_ring, key_cap, line_of_text, swatch};
 /// Height of a line, in points.
 pub(super) const ROW: f32 = 32.0;
 
+/// How far the line of an object is set in, in points.
+pub(super) const INSET: f32 = 16.0;
+
 /// Where the middle of the colour is, from the left end of the line.
 pub(super) const SWATCH_MIDDLE: f32 = 30.0;
 
 /// Width of the padlock and of the eye.
-pub(super) const MARK: f32 = 20.0;
+const MARK: f32 = 20.0;
 
-/// What a line shows.
+/// What the line of a class or an object shows.
 pub(super) struct Row<'a> {
-    pub id: ClassId,
+    pub named: Named,
     pub name: &'a str,
     pub color: [u8; 3],
-    pub strokes: usize,
+    /// What screen readers say after the name.
+    pub facts: String,
+    /// What stands at the right end; none leaves its room to the name.
+    pub number: Option<String>,
     /// The digit that chooses it.
     pub slot: Option<usize>,
     pub chosen: bool,
@@ -33,6 +39,19 @@ pub(super) struct Row<'a> {
     pub hidden: bool,
     /// Whether its objects are listed below it; `None` where it can have none.
     pub unfolded: Option<bool>,
+}
+
+/// In what the lines of classes and of objects look different, in points.
+struct Look {
+    /// How far the line is set in.
+    inset: f32,
+    /// The side of the colour.
+    swatch: f32,
+    /// Where the name begins, from the middle of the colour.
+    name: f32,
+    font: f32,
+    /// The height of the padlock and of the eye.
+    mark: f32,
 }
 
 /// Where the parts of a line lie.
@@ -46,34 +65,46 @@ pub(super) struct Parts {
 }
 
 impl Row<'_> {
-    fn marks(&self) -> Marks<'_> {
-        Marks {
-            name: self.name,
-            locked: self.locked,
-            hidden: self.hidden,
+    fn look(&self, ui: &Ui) -> Look {
+        match self.named {
+            Named::Class(_) => Look {
+                inset: 0.0,
+                swatch: 16.0,
+                name: 18.0,
+                font: 14.0,
+                mark: ROW,
+            },
+            Named::Object(_) => Look {
+                inset: INSET,
+                swatch: 12.0,
+                name: 12.0,
+                font: 13.0,
+                mark: ui.spacing().interact_size.y,
+            },
         }
     }
 
-    /// Draws the line; a click chooses the class.
+    /// Draws the line; a click chooses the class or the object.
     pub(super) fn show(&self, ui: &mut Ui, commands: &mut Commands) -> (egui::Response, Parts) {
         let size = vec2(ui.available_width(), ROW);
         let (_, rect) = ui.allocate_space(size);
         // By class and not by place, so that a line that moves keeps the keyboard.
         let response = ui.interact(rect, ui.scope_id().with("line"), Sense::click_and_drag());
-        let marks = self.marks().words();
-        let strokes = counted(self.strokes, "stroke", "strokes");
+        let locked = if self.locked { ", locked" } else { "" };
+        let hidden = if self.hidden { ", hidden" } else { "" };
         let said = self
             .said
             .map(|said| format!(", saying {said}"))
             .unwrap_or_default();
-        let words = format!("{}, {strokes}{marks}{said}", self.name);
+        let words = format!("{}, {}{locked}{hidden}{said}", self.name, self.facts);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, self.chosen, &words));
         if response.clicked() {
-            commands.push(Command::ChooseClass(self.id));
+            commands.push(Command::Choose(self.named));
         }
         let parts = self.parts(ui, rect);
         let cut = self.paint(ui, rect, &response, &parts);
-        let response = if cut {
+        // That of an object has more to say.
+        let response = if cut && matches!(self.named, Named::Class(_)) {
             response.on_hover_text(self.name)
         } else {
             response
@@ -86,18 +117,24 @@ impl Row<'_> {
         let middle = rect.center().y;
         let mut end = rect.right() - 4.0 - side;
         let menu = Rect::from_min_size(pos2(end, middle - 0.5 * side), vec2(side, side));
+        let Look { inset, mark, .. } = self.look(ui);
         let mut part = |width: f32| {
             end -= width;
-            Rect::from_min_size(pos2(end, rect.top()), vec2(width, rect.height()))
+            Rect::from_min_size(pos2(end, middle - 0.5 * mark), vec2(width, mark))
         };
+        let swatch = pos2(rect.left() + SWATCH_MIDDLE + inset, middle);
         Parts {
-            swatch: Rect::from_center_size(pos2(rect.left() + SWATCH_MIDDLE, middle), vec2(24.0, 24.0)),
+            swatch: Rect::from_center_size(swatch, vec2(24.0, 24.0)),
             fold: rect
                 .with_min_x(rect.left() + 3.0)
                 .with_max_x(rect.left() + SWATCH_MIDDLE - 11.0),
             menu,
             digit: part(if self.slot.is_some() { 20.0 } else { 0.0 }),
-            lock: part(if self.id == VOID { 0.0 } else { MARK }),
+            lock: part(if self.named == Named::Class(VOID) {
+                0.0
+            } else {
+                MARK
+            }),
             eye: part(if self.hidden { MARK } else { 0.0 }),
         }
     }
@@ -105,34 +142,36 @@ impl Row<'_> {
     /// Paints the line; returns whether the name is cut.
     fn paint(&self, ui: &Ui, rect: Rect, response: &egui::Response, parts: &Parts) -> bool {
         let visuals = ui.visuals();
+        let look = self.look(ui);
+        let line = rect.with_min_x(rect.left() + look.inset);
         if self.chosen {
             ui.painter()
-                .rect_filled(rect, 4, visuals.widgets.inactive.bg_fill);
-            let mark = Rect::from_min_size(rect.min, vec2(3.0, rect.height()));
+                .rect_filled(line, 4, visuals.widgets.inactive.bg_fill);
+            let mark = Rect::from_min_size(line.min, vec2(3.0, line.height()));
             ui.painter().rect_filled(mark, 2, theme::of(visuals).accent);
         } else if response.contains_pointer() {
-            ui.painter().rect_filled(rect, 4, theme::of(visuals).raised);
+            ui.painter().rect_filled(line, 4, theme::of(visuals).raised);
         }
         if response.has_focus() {
-            focus_ring(ui, rect);
+            focus_ring(ui, line);
         }
-        swatch(ui.painter(), parts.swatch.center(), self.color, 16.0);
+        let middle = parts.swatch.center();
+        swatch(ui.painter(), middle, self.color, look.swatch);
         if let Some(slot) = self.slot {
             key_cap(ui, parts.digit.center(), &slot.to_string());
         }
         let mut end = parts.eye.left();
-        if self.strokes > 0 {
+        if let Some(number) = &self.number {
             let font = egui::FontId::proportional(12.0);
             let color = visuals.weak_text_color();
             let at = pos2(end - 4.0, rect.center().y);
-            let text = self.strokes.to_string();
             end = ui
                 .painter()
-                .text(at, egui::Align2::RIGHT_CENTER, text, font, color)
+                .text(at, egui::Align2::RIGHT_CENTER, number, font, color)
                 .left();
         }
         let name = Rect::from_min_max(
-            pos2(parts.swatch.right() + 6.0, rect.top()),
+            pos2(middle.x + look.name, rect.top()),
             pos2(end - 6.0, rect.bottom()),
         );
         let color = if self.chosen {
@@ -143,14 +182,14 @@ impl Row<'_> {
             visuals.text_color()
         };
         match self.said {
-            Some(said) => line_of_text(ui, name, &format!("{}: {said}", self.name), 14.0, color),
-            None => line_of_text(ui, name, self.name, 14.0, color),
+            Some(said) => line_of_text(ui, name, &format!("{}: {said}", self.name), look.font, color),
+            None => line_of_text(ui, name, self.name, look.font, color),
         }
     }
 
-    /// The arrow that lists its objects, the padlock, and the eye of a hidden class.
+    /// The arrow that lists its objects, the padlock, and the eye of what is hidden.
     pub(super) fn buttons(&self, ui: &Ui, row: &egui::Response, parts: &Parts, commands: &mut Commands) {
-        if let Some(unfolded) = self.unfolded {
+        if let (Named::Class(class), Some(unfolded)) = (self.named, self.unfolded) {
             let (icon, does) = match unfolded {
                 true => (Icon::Unfolded, "Hide"),
                 false => (Icon::Folded, "List"),
@@ -162,51 +201,25 @@ impl Row<'_> {
                 &format!("{does} the objects of {}", self.name),
                 true,
             ) {
-                commands.push(Command::UnfoldClass(self.id, !unfolded));
+                commands.push(Command::UnfoldClass(class, !unfolded));
             }
         }
-        let marks = self.marks();
-        if marks.lock(ui, row, parts.lock) {
-            commands.push(Command::SetClassLocked(self.id, !self.locked));
-        }
-        if marks.eye(ui, parts.eye) {
-            commands.push(Command::SetClassHidden(self.id, false));
-        }
-    }
-}
-
-/// The padlock and the eye of a class or an object.
-pub(super) struct Marks<'a> {
-    pub name: &'a str,
-    pub locked: bool,
-    pub hidden: bool,
-}
-
-impl Marks<'_> {
-    /// What its line says of it.
-    pub(super) fn words(&self) -> String {
-        let locked = if self.locked { ", locked" } else { "" };
-        let hidden = if self.hidden { ", hidden" } else { "" };
-        format!("{locked}{hidden}")
-    }
-
-    /// The padlock, which is seen on the line that is pointed at and where it is locked; returns whether it was clicked.
-    pub(super) fn lock(&self, ui: &Ui, row: &egui::Response, rect: Rect) -> bool {
+        // Seen on the line that is pointed at and where it is locked.
+        let near = self.locked || row.contains_pointer() || row.has_focus();
         let icon = if self.locked { Icon::Locked } else { Icon::Unlocked };
         let name = format!("{} {}", lock_words(self.locked), self.name);
-        let near = self.locked || row.contains_pointer() || row.has_focus();
-        mark(ui, rect, icon, &name, near)
-    }
-
-    /// The eye of what is hidden; returns whether it was clicked.
-    pub(super) fn eye(&self, ui: &Ui, rect: Rect) -> bool {
+        if mark(ui, parts.lock, icon, &name, near) {
+            commands.push(Command::SetLocked(self.named, !self.locked));
+        }
         let name = format!("Show {} in the overlay", self.name);
-        self.hidden && mark(ui, rect, Icon::Hidden, &name, true)
+        if self.hidden && mark(ui, parts.eye, Icon::Hidden, &name, true) {
+            commands.push(Command::SetHidden(self.named, false));
+        }
     }
 }
 
 /// A small button that is there for the keyboard even while it is not seen; returns whether it was clicked.
-pub(super) fn mark(ui: &Ui, rect: Rect, icon: Icon, name: &str, seen: bool) -> bool {
+fn mark(ui: &Ui, rect: Rect, icon: Icon, name: &str, seen: bool) -> bool {
     let response = ui.interact(rect, ui.scope_id().with(name), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
     if seen || response.has_focus() {
