@@ -1,11 +1,10 @@
 //! What has to be done outside of the model.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 
 use inplace_core::project::Step;
-use inplace_core::session::{self, ModelState, SessionOptions};
+use inplace_core::session::{self, SessionOptions};
 
 use crate::dialogs::Purpose;
 use crate::jobs::Job;
@@ -23,12 +22,8 @@ pub enum Effect {
     Session(session::Command),
     /// Keeps a step through the history in the project file.
     Record(Step),
-    /// Keeps the newest results in the project file.
-    KeepResults(Results),
-    /// Keeps how the scene is looked at in the project file.
-    KeepView(String),
-    /// Keeps the model state that the worker handed over in the project file.
-    KeepModel(Arc<ModelState>),
+    /// Keeps these results in the project file.
+    Keep(Results),
     /// Goes on in another project file.
     SaveTo(PathBuf),
     /// Keeps these results and ends the project session.

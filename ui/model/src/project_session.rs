@@ -23,15 +23,15 @@ pub struct ProjectSession {
     pub(crate) unrecorded: Vec<Step>,
 }
 
-/// The newest results of a session.
+/// The newest results of a session, or some of them; the others stay as they are in the project.
 #[derive(Clone, Debug, Default)]
 pub struct Results {
+    /// How the scene is looked at.
+    pub view: Option<String>,
     /// The newest maps of the keyframes.
     pub maps: Vec<Arc<FrameMap>>,
     /// The newest model state.
     pub state: Option<Arc<ModelState>>,
-    /// How the scene is looked at.
-    pub view: String,
 }
 
 /// Whether the work is on the disk.
@@ -85,28 +85,18 @@ impl ProjectSession {
         }
     }
 
-    /// Keeps the newest results, so that the project shows them at once when it is opened again.
-    pub fn keep_results(&self, results: Results) {
+    /// Keeps results, so that the project shows them at once when it is opened again.
+    pub fn keep(&self, results: Results) {
         if let Some(journal) = &self.journal {
-            journal.save_view(results.view);
-            journal.save_maps(results.maps);
+            if let Some(view) = results.view {
+                journal.save_view(view);
+            }
+            if !results.maps.is_empty() {
+                journal.save_maps(results.maps);
+            }
             if let Some(state) = results.state {
                 journal.save_model(state);
             }
-        }
-    }
-
-    /// Keeps how the scene is looked at.
-    pub fn keep_view(&self, view: String) {
-        if let Some(journal) = &self.journal {
-            journal.save_view(view);
-        }
-    }
-
-    /// Keeps the model state that the worker handed over.
-    pub fn keep_model(&self, state: &Arc<ModelState>) {
-        if let Some(journal) = &self.journal {
-            journal.save_model(Arc::clone(state));
         }
     }
 

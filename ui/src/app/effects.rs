@@ -58,12 +58,10 @@ impl App {
                 }
             }
             Effect::Record(step) => with(project, |project| project.record(step)),
-            Effect::KeepResults(results) => with(project, |project| project.keep_results(results)),
-            Effect::KeepView(view) => with(project, |project| project.keep_view(view)),
-            Effect::KeepModel(state) => with(project, |project| project.keep_model(&state)),
+            Effect::Keep(results) => with(project, |project| project.keep(results)),
             Effect::SaveTo(path) => with(project, |project| project.save_to(path)),
             Effect::CloseProject(project, results) => {
-                project.keep_results(results);
+                project.keep(results);
                 self.endings.retain(|ending| !ending.is_done());
                 self.endings.extend(project.end());
             }
@@ -181,7 +179,7 @@ impl App {
         for effect in self.model.update(Command::CloseScene) {
             match effect {
                 Effect::CloseProject(project, results) => {
-                    project.keep_results(results);
+                    project.keep(results);
                     project.close();
                 }
                 Effect::TakePicture(place, source) => self.jobs.take_last_picture(&place, &source),

@@ -10,6 +10,7 @@ use crate::dialogs::{ClassFinder, ClassUse, Dialog};
 use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::Model;
+use crate::project_session::Results;
 use crate::text::counted;
 use crate::tool::DrawnLine;
 
@@ -124,8 +125,10 @@ impl Model {
     /// Keeps how the scene is looked at, and its audit, in the project.
     pub(crate) fn keep_view(&mut self) {
         if let Some(workspace) = self.state.workspace() {
-            let view = workspace.kept_view(&self.state.settings);
-            self.effects.push(Effect::KeepView(view));
+            self.effects.push(Effect::Keep(Results {
+                view: Some(workspace.kept_view(&self.state.settings)),
+                ..Results::default()
+            }));
         }
     }
 

@@ -9,6 +9,7 @@ use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::{Model, Stage};
 use crate::opening::Refusal;
+use crate::project_session::Results;
 
 impl Model {
     /// A job has come further, or has ended.
@@ -53,7 +54,10 @@ impl Model {
                     _ => {}
                 }
                 if let Event::State(state) = &event {
-                    self.effects.push(Effect::KeepModel(state.clone()));
+                    self.effects.push(Effect::Keep(Results {
+                        state: Some(state.clone()),
+                        ..Results::default()
+                    }));
                 }
                 let (frame, guided) = (workspace.frame_index, workspace.suggestions().is_active());
                 let told = workspace.on_event(event);

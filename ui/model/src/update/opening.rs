@@ -77,7 +77,7 @@ impl Model {
 
     /// Keeps the newest maps and model, so that the project shows them at once when it is opened again.
     pub(crate) fn keep_results(&mut self) {
-        self.effects.extend(self.results().map(Effect::KeepResults));
+        self.effects.extend(self.results().map(Effect::Keep));
     }
 
     fn results(&self) -> Option<Results> {
@@ -87,9 +87,9 @@ impl Model {
         let maps = frames.filter_map(|frame| workspace.newest_map(frame));
         let generation = workspace.document.generation();
         Some(Results {
+            view: Some(workspace.kept_view(&self.state.settings)),
             maps: maps.filter(|map| map.generation == generation).collect(),
             state: workspace.state().cloned(),
-            view: workspace.kept_view(&self.state.settings),
         })
     }
 
