@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use egui::Key;
 use egui::accesskit::{Action as Request, Role};
-use egui::{Key, PointerButton};
 use egui_kittest::kittest::{NodeT, Queryable};
 use inplace_model::Command;
 use inplace_model::dialogs::{AddClasses, ClassUse, Dialog};
@@ -44,14 +44,15 @@ fn assert_named(window: &mut Window, state: &str) {
     assert!(found.is_empty(), "without a name, {state}: {found:#?}");
 }
 
-/// A window with two classes, strokes, maps and suggestions.
-fn labelled(mut window: Window) -> Window {
-    for class in ["wall", "floor"] {
-        window.add_class(class);
-        let at = window.canvas(if class == "wall" { -40.0 } else { 40.0 }, 0.0);
-        window.drag(PointerButton::Primary, &[at, at]);
-    }
-    assert_eq!(window.strokes(), 2);
+#[test]
+fn every_control_of_the_start_page_of_an_open_scene_and_of_its_dialogs_has_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    assert_named(&mut window, "in a scene without labels");
+    window.close();
+    assert_named(&mut Window::new(folder.path(), None), "on the start page");
+    let clicks = [(0, "wall", [-40.0, 0.0]), (0, "floor", [40.0, 0.0])];
+    let mut window = Window::with_demo(folder.path()).labelled(&clicks);
     let generation = window.generation();
     window.worker().publish_all(generation, 1);
     window.suggest(
@@ -62,17 +63,6 @@ fn labelled(mut window: Window) -> Window {
         let workspace = app.model().workspace();
         workspace.is_some_and(|workspace| workspace.suggestions().listed.len() == 2)
     });
-    window
-}
-
-#[test]
-fn every_control_of_the_start_page_of_an_open_scene_and_of_its_dialogs_has_a_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::with_demo(folder.path());
-    assert_named(&mut window, "in a scene without labels");
-    window.close();
-    assert_named(&mut Window::new(folder.path(), None), "on the start page");
-    let mut window = labelled(Window::with_demo(folder.path()));
     assert_named(&mut window, "in a scene with labels");
     window.act(Command::NextSuggestion);
     assert_named(&mut window, "at a suggestion");

@@ -19,14 +19,6 @@ fn draw(window: &mut Window, x: u32) {
     window.act(Command::Draw(DrawnLine { tool, points }));
 }
 
-/// The objects that the strokes say, by their numbers.
-fn said(window: &Window) -> Vec<Option<u16>> {
-    let strokes = window.labels().strokes.values();
-    strokes
-        .map(|stroke| stroke.object.map(ObjectId::number))
-        .collect()
-}
-
 fn listed(window: &Window) -> Vec<String> {
     let objects = window.labels().objects.iter();
     objects.map(|object| object.name.clone()).collect()
@@ -72,12 +64,12 @@ fn parts_of_a_class_are_named_merged_and_gone_on_with_and_undo_takes_each_back()
     window.click_through(&["Actions for chair 1", "Rename"]);
     window.replace_text("Rename chair 1", "stool");
     assert_eq!(listed(&window), ["stool"]);
-    assert_eq!(said(&window).iter().flatten().count(), 1);
+    assert_eq!(window.said().iter().flatten().count(), 1);
     follow(&mut window, &["stool", "chair 2"], "chair 1");
     let renamed = window.labels().clone();
 
     window.click_through(&["Actions for chair 2", "Merge into", "stool"]);
-    let [floor, first, second] = said(&window)[..] else {
+    let [floor, first, second] = window.said()[..] else {
         panic!("a stroke was added, though there is one on both");
     };
     assert!(floor.is_none() && first.is_some() && first == second);
@@ -91,7 +83,7 @@ fn parts_of_a_class_are_named_merged_and_gone_on_with_and_undo_takes_each_back()
     assert_eq!(window.workspace().said().unwrap().name, "chair 1");
     draw(&mut window, 60);
     assert_eq!(listed(&window), ["stool", "chair 1"]);
-    assert_eq!(said(&window).iter().flatten().count(), 3);
+    assert_eq!(window.said().iter().flatten().count(), 3);
     // Deleted, it is still a chair, and its strokes are no more of it.
     let chosen = window.workspace().said().unwrap().id;
     window.act(Command::Delete(Named::Object(chosen)));
@@ -118,7 +110,7 @@ fn a_stroke_with_ctrl_is_on_a_new_object_and_what_was_said_before_goes_on() {
         });
     }
     window.harness.run_steps(3);
-    assert_eq!(said(&window), [None, None, None, Some(3)]);
+    assert_eq!(window.said(), [None, None, None, Some(3)]);
     assert_eq!(window.workspace().said().map(|said| said.id), Some(id(1)));
     // Of stuff there are none: nothing is drawn.
     window.act(Command::Choose(Named::Class(2)));

@@ -7,7 +7,7 @@ use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
 use eframe::App as _;
-use egui::{Key, PointerButton};
+use egui::Key;
 use egui_kittest::SnapshotOptions;
 use image::RgbaImage;
 use inplace_model::Command;
@@ -72,26 +72,6 @@ fn on_cleared_window(window: &Window, mut picture: RgbaImage) -> RgbaImage {
     picture
 }
 
-/// A window with two classes, a click of each, and maps.
-fn labelled(folder: &std::path::Path) -> Window {
-    let mut window = Window::with_demo(folder);
-    for name in ["wall", "a class with a name that is far too long for the list"] {
-        window.add_class(name);
-        let place = window.canvas(-60.0, 40.0 - 20.0 * name.len().min(5) as f32);
-        window.drag(PointerButton::Primary, &[place]);
-    }
-    let generation = window.generation();
-    for frame in 0..FRAMES {
-        window.worker().publish(frame, generation, 1 + (frame % 2) as u16);
-    }
-    window.until_window("the maps are shown", |window| {
-        let shown = window.frame().map();
-        let is_new = shown.is_some_and(|shown| shown.map.generation == generation);
-        is_new && window.workspace().map_version(FRAMES - 1) > 0
-    });
-    window
-}
-
 #[test]
 fn the_start_page_looks_as_it_should() {
     if can_draw() {
@@ -104,7 +84,18 @@ fn the_start_page_looks_as_it_should() {
 fn a_labelled_scene_looks_as_it_should_in_the_dark_and_in_the_light() {
     if can_draw() {
         let folder = tempfile::tempdir().unwrap();
-        let mut window = labelled(folder.path());
+        let long = "a class with a name that is far too long for the list";
+        let clicks = [(0, "wall", [-60.0, -40.0]), (0, long, [-60.0, -60.0])];
+        let mut window = Window::with_demo(folder.path()).labelled(&clicks);
+        let generation = window.generation();
+        for frame in 0..FRAMES {
+            window.worker().publish(frame, generation, 1 + (frame % 2) as u16);
+        }
+        window.until_window("the maps are shown", |window| {
+            let shown = window.frame().map();
+            let is_new = shown.is_some_and(|shown| shown.map.generation == generation);
+            is_new && window.workspace().map_version(FRAMES - 1) > 0
+        });
         compare(&mut window, "labelled");
         window.act(Command::Prefer(PreferenceChange::Theme(Theme::Light)));
         compare(&mut window, "labelled-light");

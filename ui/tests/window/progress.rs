@@ -7,37 +7,18 @@ use inplace_core::guide::audit::Verdict;
 use inplace_core::labels::StrokeId;
 use inplace_core::session::{self, Event, Status, StrokeCheck};
 use inplace_model::Command;
-use inplace_model::class_view::Named;
 use inplace_model::frames::{FrameFilter, FrameOrder};
 use inplace_model::model::Side;
-use inplace_model::tool::{DrawnLine, Tool};
 
 use crate::stand::*;
 
-/// A window with two classes and four clicks: three of the first class, one of the second.
-fn labelled(mut window: Window) -> Window {
-    for name in ["wall", "door"] {
-        window.add_class(name);
-    }
-    // The field for the next class has the keyboard until the pointer is elsewhere.
-    for x in [0.0, 5.0] {
-        window.hover(window.canvas(x, 0.0));
-    }
-    for (frame, class, pixel) in [(0, 1, [5, 5]), (0, 1, [40, 9]), (3, 1, [9, 30]), (3, 2, [50, 30])] {
-        for action in [
-            Command::GoToFrame(frame),
-            Command::Choose(Named::Class(class)),
-            Command::SetBrush(0),
-            Command::Draw(DrawnLine {
-                tool: Tool::Brush,
-                points: vec![pixel],
-            }),
-        ] {
-            window.act(action);
-        }
-    }
-    window
-}
+/// Three clicks of the first class, one of the second.
+const CLICKS: [(usize, &str, [f32; 2]); 4] = [
+    (0, "wall", [-90.0, -60.0]),
+    (0, "wall", [30.0, -45.0]),
+    (3, "wall", [-70.0, 20.0]),
+    (3, "door", [60.0, 20.0]),
+];
 
 /// The worker's answer: this entropy for every pixel of the frames, and what it thinks of the strokes.
 fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16)]) {
@@ -75,7 +56,7 @@ fn answer(window: &mut Window, entropy: [u16; FRAMES], contradicted: &[(u64, u16
 
 #[test]
 fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
-    let mut window = labelled(Window::demo());
+    let mut window = Window::demo().labelled(&CLICKS);
     let mut received = window.worker().received().into_iter();
     assert!(received.any(|command| matches!(command, session::Command::CheckStrokes)));
     window.key(Key::T);
@@ -115,7 +96,7 @@ fn the_progress_says_what_is_missing_and_leads_to_contradicted_strokes() {
 fn the_log_survives_reopening_the_project() {
     let folder = tempfile::tempdir().unwrap();
     {
-        let mut window = labelled(Window::with_demo(folder.path()));
+        let mut window = Window::with_demo(folder.path()).labelled(&CLICKS);
         let status = Status {
             mean_entropy: Some(0.2),
             held_out_psnr: Some(22.0),
@@ -142,7 +123,7 @@ fn the_log_survives_reopening_the_project() {
 
 #[test]
 fn frames_are_found_by_number_name_and_filter_and_a_and_d_go_through_those_shown() {
-    let mut window = labelled(Window::demo());
+    let mut window = Window::demo().labelled(&CLICKS);
     for (text, frame) in [("rgb_1", 1), ("4", 3), ("RGB_2", 2)] {
         window.type_into("Go to frame", text);
         assert_eq!(window.frame_index(), frame, "{text}");
@@ -185,7 +166,7 @@ fn frames_are_found_by_number_name_and_filter_and_a_and_d_go_through_those_shown
 fn frames_are_marked_as_checked_and_an_audit_is_judged_by_keys_and_both_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     {
-        let mut window = labelled(Window::with_demo(folder.path()));
+        let mut window = Window::with_demo(folder.path()).labelled(&CLICKS);
         answer(&mut window, [1000; FRAMES], &[]);
         window.act(Command::GoToFrame(2));
         let generation = window.generation();

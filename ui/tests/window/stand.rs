@@ -10,7 +10,7 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::{LabelSet, StrokeId};
+use inplace_core::labels::{LabelSet, ObjectId, StrokeId};
 use inplace_core::scene::{ColorImage, OpenOptions, Scene, SceneSource, Viewpoint};
 use inplace_core::semantics::LabelPropagation;
 use inplace_core::session::{self, Event, FrameMap, MapSlots, RenderedView};
@@ -265,6 +265,18 @@ impl Window {
         // Out of the text field.
         window.key(Key::Escape);
         window
+    }
+
+    /// With strokes by clicks: on which frame, of which class, and how far from the middle of the canvas. A class that is
+    /// not there is added.
+    pub fn labelled(mut self, clicks: &[(usize, &str, [f32; 2])]) -> Self {
+        for &(frame, class, [x, y]) in clicks {
+            self.act(Command::GoToFrame(frame));
+            self.add_class(class);
+            self.click_canvas(x, y);
+        }
+        assert_eq!(self.strokes(), clicks.len());
+        self
     }
 
     pub fn opened(folder: &Path, target: Target) -> Self {
@@ -544,5 +556,13 @@ impl Window {
 
     pub fn strokes(&self) -> usize {
         self.labels().strokes.len()
+    }
+
+    /// The objects that the strokes say, by their numbers.
+    pub fn said(&self) -> Vec<Option<u16>> {
+        let strokes = self.labels().strokes.values();
+        strokes
+            .map(|stroke| stroke.object.map(ObjectId::number))
+            .collect()
     }
 }

@@ -2,7 +2,7 @@
 
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
-use inplace_core::labels::{History, ObjectId, Stroke, StrokeId, StrokeKind, VOID};
+use inplace_core::labels::{History, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_model::Command;
@@ -272,12 +272,6 @@ fn the_list_is_filtered_goes_to_strokes_changes_and_deletes_them() {
 #[test]
 fn strokes_say_a_new_object_after_its_key_until_a_class_is_chosen() {
     let mut window = Window::with_classes(&["chair", "floor"]);
-    let said = |window: &Window| -> Vec<Option<u16>> {
-        let strokes = window.labels().strokes.values();
-        strokes
-            .map(|stroke| stroke.object.map(ObjectId::number))
-            .collect()
-    };
     window.key(Key::O);
     assert!(window.messages().contains("\"floor\" is stuff"));
     window.key(Key::Num1);
@@ -288,12 +282,12 @@ fn strokes_say_a_new_object_after_its_key_until_a_class_is_chosen() {
     window.key(Key::O);
     window.click_canvas(60.0, 0.0);
     window.sees("chair, 3 strokes, saying chair 2");
-    assert_eq!(said(&window), [Some(1), Some(1), Some(2)]);
+    assert_eq!(window.said(), [Some(1), Some(1), Some(2)]);
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!((window.strokes(), window.labels().objects.len()), (2, 1));
     window.key(Key::Num1);
     window.click_canvas(60.0, 0.0);
-    assert_eq!(said(&window), [Some(1), Some(1), None]);
+    assert_eq!(window.said(), [Some(1), Some(1), None]);
     window.sees("chair, 3 strokes");
     // What the maps show keeps its number and its name.
     window.spread();
