@@ -34,10 +34,8 @@ pub struct ClassPanel {
 
 /// A line of the list.
 enum Line<'a> {
-    /// The class with this index.
-    Class(usize),
-    /// An object of the class with this index.
-    Object(usize, Listed<'a>),
+    /// The class with this index, or an object of it.
+    Of(usize, Option<Listed<'a>>),
     /// There is none of an unfolded class.
     NoObject,
     Void,
@@ -65,10 +63,8 @@ impl ClassPanel {
         let lines = lines(workspace, &found);
         let chosen = workspace.class;
         let moved_to = chosen.filter(|_| self.chosen != chosen).map(|chosen| {
-            let is_chosen = |line: &Line<'_>| match line {
-                Line::Class(index) => classes[*index].id == chosen,
-                _ => false,
-            };
+            let is_chosen =
+                |line: &Line<'_>| matches!(line, Line::Of(index, None) if classes[*index].id == chosen);
             lines.iter().position(is_chosen).unwrap_or(lines.len() - 1)
         });
         self.chosen = chosen;
@@ -83,8 +79,7 @@ impl ClassPanel {
                 }
                 for line in &lines[range] {
                     match *line {
-                        Line::Class(index) => self.row(ui, workspace, index, None, commands),
-                        Line::Object(index, own) => self.row(ui, workspace, index, Some(own), commands),
+                        Line::Of(index, own) => self.row(ui, workspace, index, own, commands),
                         Line::NoObject => objects::none(ui, workspace.followed.is_none()),
                         Line::Void => void_row(ui, workspace, commands),
                     }
@@ -149,7 +144,7 @@ impl ClassPanel {
     ) {
         let class = &workspace.document.classes()[index];
         let row = match own {
-            None => class_row(workspace, index),
+            None => class_row(workspace, class, (index < 9).then_some(index + 1)),
             Some(own) => objects::row(workspace, class, own),
         };
         ui.push_id(row.named, |ui| {
@@ -215,32 +210,31 @@ fn lines<'a>(workspace: &'a Workspace, found: &[usize]) -> Vec<Line<'a>> {
     let mut lines = Vec::new();
     for &index in found {
         let class = &classes[index];
-        lines.push(Line::Class(index));
+        lines.push(Line::Of(index, None));
         if can_have_objects(workspace, class) && workspace.class_view.unfolded.contains(&class.id) {
             let objects = workspace.objects_of(class.id);
             if objects.is_empty() {
                 lines.push(Line::NoObject);
             }
-            lines.extend(objects.into_iter().map(|own| Line::Object(index, own)));
+            lines.extend(objects.into_iter().map(|own| Line::Of(index, Some(own))));
         }
     }
     lines.push(Line::Void);
     lines
 }
 
-/// The line of the class with this index.
-fn class_row(workspace: &Workspace, index: usize) -> Row<'_> {
-    let class = &workspace.document.classes()[index];
+/// The line of a class that this digit chooses.
+fn class_row<'a>(workspace: &'a Workspace, class: &'a Class, slot: Option<usize>) -> Row<'a> {
     let said = workspace.said().filter(|said| said.class == class.id);
     let unlisted = said.filter(|said| !lists(workspace, class, said.id));
-    let (facts, number) = strokes_of(workspace, class.id);
+    let strokes = workspace.document.strokes_of_class(class.id);
     Row {
         named: Named::Class(class.id),
         name: &class.name,
         color: class.color,
-        facts,
-        number,
-        slot: (index < 9).then_some(index + 1),
+        facts: counted(strokes, "stroke", "strokes"),
+        number: (strokes > 0).then(|| strokes.to_string()),
+        slot,
         chosen: workspace.class == Some(class.id),
         said: unlisted.map(|said| said.name.as_str()),
         locked: workspace.is_locked(class.id),
@@ -248,13 +242,6 @@ fn class_row(workspace: &Workspace, index: usize) -> Row<'_> {
         unfolded: can_have_objects(workspace, class)
             .then(|| workspace.class_view.unfolded.contains(&class.id)),
     }
-}
-
-/// How many strokes a class has, in words, and as the number on its line.
-fn strokes_of(workspace: &Workspace, class: ClassId) -> (String, Option<String>) {
-    let strokes = workspace.document.strokes_of_class(class);
-    let number = (strokes > 0).then(|| strokes.to_string());
-    (counted(strokes, "stroke", "strokes"), number)
 }
 
 /// Whether an object has a line of its own.
@@ -299,20 +286,11 @@ fn pointer_left(ui: &Ui) -> bool {
 }
 
 fn void_row(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
-    let (facts, number) = strokes_of(workspace, VOID);
-    let row = Row {
-        named: Named::Class(VOID),
-        name: "void",
+    let void = Class {
         color: VOID_COLOR,
-        facts,
-        number,
-        slot: Some(0),
-        chosen: workspace.class == Some(VOID),
-        said: None,
-        locked: false,
-        hidden: false,
-        unfolded: None,
+        thing: false,
+        ..Class::new(VOID, "void")
     };
-    let (response, _) = row.show(ui, commands);
+    let (response, _) = class_row(workspace, &void, Some(0)).show(ui, commands);
     response.on_hover_text("Nothing here: not trained on, and exported as 0");
 }
