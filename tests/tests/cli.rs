@@ -14,7 +14,8 @@ use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_core::session::{Client, FrameMap, ModelState, SessionOptions};
 use inplace_lab::ConfusionMatrix;
 use inplace_tests::{
-    OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks, succeed,
+    OnDisk, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks, one_line,
+    succeed,
 };
 use serde_json::Value;
 
@@ -267,6 +268,10 @@ fn a_trained_project_is_exported_twice_to_the_same_bytes_and_along_a_path_as_a_c
         (&10.into(), &1.0.into())
     );
     assert!(disk.path("compared/differences").read_dir().unwrap().count() > 0);
+
+    let outcome = Running::to_the_end(compare.args(["--preset", "reference"]));
+    assert_eq!(outcome.code, Some(1), "{outcome:?}");
+    assert!(one_line(&outcome.stderr).contains("a month"), "{outcome:?}");
 
     let path = disk.path("room/traj_w_c.txt");
     let views = export("views", &["--trajectory", path.to_str().unwrap()]);
