@@ -1,8 +1,7 @@
-//! Charts as SVG that need nothing around them: line and bar panels in a grid, readable on light and on
+//! Charts as SVG that need nothing around them: panels of lines in a grid, readable on light and on
 //! dark pages, in colours that the colour-blind can tell apart.
 
 mod axis;
-mod lines;
 mod panel;
 mod svg;
 #[cfg(test)]
@@ -25,46 +24,18 @@ pub struct Figure {
     pub rows: Vec<Vec<Panel>>,
 }
 
-/// One chart.
+/// Lines with markers, named at their right end. Values that are not finite (or not positive, on a logarithmic axis) are
+/// left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
     /// What is shown.
     pub title: String,
-    /// Its axes and data.
-    pub chart: Chart,
-}
-
-impl Panel {
-    /// A chart of lines.
-    pub fn of_lines(title: impl Into<String>, x: Axis, y: Axis, series: Vec<Series>) -> Self {
-        Self {
-            title: title.into(),
-            chart: Chart::Lines { x, y, series },
-        }
-    }
-}
-
-/// The data of a panel. Values that are not finite (or not positive, on a logarithmic axis) are left out.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Chart {
-    /// Lines with markers, named at their right end.
-    Lines {
-        /// The horizontal axis.
-        x: Axis,
-        /// The vertical axis.
-        y: Axis,
-        /// The lines.
-        series: Vec<Series>,
-    },
-    /// Horizontal bars from zero with their values written beside them, in groups.
-    Bars {
-        /// Quantity and unit of the values.
-        label: String,
-        /// Name of each group, from the top.
-        groups: Vec<String>,
-        /// What each colour stands for, and the length of its bar in each group; not a number = none.
-        series: Vec<(String, Vec<f64>)>,
-    },
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// The lines.
+    pub series: Vec<Series>,
 }
 
 /// An axis.
@@ -109,6 +80,14 @@ pub struct Point {
     pub range: (f64, f64),
     /// Whether a ring is drawn around it: a point unlike the others, as the subtitle says.
     pub ring: bool,
+}
+
+impl Panel {
+    /// Lines between two axes.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis, series: Vec<Series>) -> Self {
+        let title = title.into();
+        Self { title, x, y, series }
+    }
 }
 
 impl Axis {
@@ -177,15 +156,13 @@ impl Figure {
         const MARGIN: f64 = 24.0;
         const GAP: f64 = 28.0;
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(1);
-        let height = |row: &Vec<Panel>| row.iter().map(panel::height).fold(0.0, f64::max);
-        let heights: Vec<f64> = self.rows.iter().map(height).collect();
         // A single panel is no narrower than a line of conditions.
         let narrowest = if columns == 1 { 640.0 } else { panel::WIDTH };
         let inside = columns as f64 * (narrowest + GAP) - GAP;
         let width = 2.0 * MARGIN + inside;
         let subtitle = svg::wrapped(&self.subtitle, 12.0, inside);
         let top = MARGIN + 18.0 + 16.0 * subtitle.len() as f64 + 18.0;
-        let body: f64 = heights.iter().map(|height| height + GAP).sum();
+        let body = self.rows.len() as f64 * (panel::HEIGHT + GAP);
         let height = top + (body - GAP).max(0.0) + MARGIN;
 
         let mut out = Svg::new(width, height, &self.title, &self.subtitle);
@@ -194,13 +171,13 @@ impl Figure {
             out.text("muted", MARGIN, MARGIN + 34.0 + 16.0 * line as f64, text);
         }
         let mut y = top;
-        for (row, height) in self.rows.iter().zip(&heights) {
+        for row in &self.rows {
             let panel_width = (inside + GAP) / row.len().max(1) as f64 - GAP;
             for (column, panel) in row.iter().enumerate() {
                 let x = MARGIN + column as f64 * (panel_width + GAP);
-                panel::draw(&mut out, panel, (x, y), (panel_width, *height));
+                panel::draw(&mut out, panel, (x, y), panel_width);
             }
-            y += height + GAP;
+            y += panel::HEIGHT + GAP;
         }
         out.finish()
     }

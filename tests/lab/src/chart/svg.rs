@@ -78,15 +78,6 @@ impl Svg {
         self.element("circle", class, &lengths, &hinted(hint));
     }
 
-    pub(super) fn rectangle(&mut self, class: &str, corner: (f64, f64), size: (f64, f64), hint: &str) {
-        let (place, size) = (
-            [("x", corner.0), ("y", corner.1)],
-            [("width", size.0), ("height", size.1)],
-        );
-        let lengths = [&place[..], &size, &[("rx", 1.5)]].concat();
-        self.element("rect", class, &lengths, &hinted(hint));
-    }
-
     pub(super) fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
@@ -117,7 +108,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// About how wide text is in pixels in a sans-serif font of `size` pixels; rather too wide.
-pub(super) fn text_width(text: &str, size: f64) -> f64 {
+fn text_width(text: &str, size: f64) -> f64 {
     let ems = text.chars().map(|character| match character {
         'i' | 'j' | 'l' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' => 0.3,
         'f' | 't' | 'r' | ' ' | '-' | '(' | ')' | '/' | 'I' => 0.38,

@@ -1,5 +1,5 @@
 use super::axis::{linear_ticks, logarithmic_ticks, number, tick_texts};
-use super::lines::apart;
+use super::panel::apart;
 use super::*;
 
 /// A figure of lines, well-formed.
@@ -7,7 +7,7 @@ fn lines(series: Vec<Series>, scale: Scale) -> String {
     let svg = Figure {
         title: "Error & <time>".to_owned(),
         subtitle: "2 threads, seeds 0 to 2".to_owned(),
-        rows: vec![vec![Panel::of_lines(
+        rows: vec![vec![Panel::new(
             "Depth",
             Axis::new("seconds", scale),
             Axis::new("error, cm", scale).with_mark(2.0, "target"),
@@ -153,32 +153,4 @@ fn a_band_spans_the_seeds_around_their_median() {
     let svg = lines(vec![band], Scale::Linear);
     assert_eq!(svg.matches("class=\"band").count(), 1);
     assert!(svg.contains("a: 2 at 1 (1 to 4)"));
-}
-
-#[test]
-fn bars_show_every_value_but_those_that_are_none() {
-    let drawn = |all: &[(&str, &[f64])]| {
-        let bars = |(name, values): &(&str, &[f64])| ((*name).to_owned(), values.to_vec());
-        let chart = Chart::Bars {
-            label: "samples/s".to_owned(),
-            groups: vec!["fused".to_owned(), "candle".to_owned()],
-            series: all.iter().map(bars).collect(),
-        };
-        let title = "Speed".to_owned();
-        let svg = Figure {
-            rows: vec![vec![Panel { title, chart }]],
-            ..Figure::default()
-        }
-        .svg();
-        assert_well_formed(&svg);
-        svg
-    };
-    let svg = drawn(&[("2^17", &[6.1e6, f64::NAN]), ("2^19", &[3e6, 4e5])]);
-    for text in "fused candle 2^17 2^19 6.1M 3M 400k samples/s".split(' ') {
-        assert!(svg.contains(&format!(">{text}</text>")), "{text}");
-    }
-    assert_eq!(svg.matches("<rect class=\"f").count(), 3 + 2);
-    for nothing in [&[][..], &[("a", &[][..])]] {
-        assert!(drawn(nothing).contains(">no data<"));
-    }
 }

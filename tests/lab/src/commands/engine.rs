@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::{Failure, begin, counted, grouped, processor};
 use crate::arguments::EngineArguments;
-use crate::chart::{Axis, Chart, Figure, Panel, Point, Scale, Series};
+use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::page::Page;
 
 /// Sizes of the hash table that the engine is measured with.
@@ -20,7 +20,7 @@ const TABLES: [u32; 2] = [17, 19];
 /// The name of the way that the others are compared with.
 const PLAIN: &str = "candle";
 
-/// Measures, writes `engine.json` and `engine.svg`, and prints.
+/// Measures, writes `engine.json` and, of what was trained, `engine.svg`, and prints.
 pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     begin(out, &arguments.scenes)?;
@@ -45,7 +45,6 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
         "reached": reached,
     });
     export::write_json(&out.join("engine.json"), &result)?;
-    figure(arguments, threads, &paths, &runs).write(&out.join("engine.svg"))?;
     let mut page = Page::default();
     add_paths(&mut page, &paths);
     add_runs(&mut page, &runs);
@@ -53,7 +52,10 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     if let Some(peak) = peak {
         page.paragraph(&format!("Peak memory: {:.2} GB.", peak as f64 / 1e9));
     }
-    page.chart("How fast the engine is", "engine.svg");
+    if !runs.is_empty() {
+        figure(arguments, threads, &runs).write(&out.join("engine.svg"))?;
+        page.chart("How fast the engine is", "engine.svg");
+    }
     page.publish(out, "engine", arguments.json, &result)
 }
 
@@ -220,48 +222,20 @@ fn add_reached(page: &mut Page, reached: &[Reached]) {
     page.list(&items);
 }
 
-/// `engine.svg`: panels for whatever was measured.
-fn figure(arguments: &EngineArguments, threads: usize, paths: &[PathSpeed], runs: &[RunPoint]) -> Figure {
-    let mut rows = Vec::new();
-    if !paths.is_empty() {
-        rows.push(vec![speeds(paths)]);
-    }
-    if !runs.is_empty() {
-        rows.push(progress(runs));
-    }
+/// `engine.svg`: how good each field is as it is trained.
+fn figure(arguments: &EngineArguments, threads: usize, runs: &[RunPoint]) -> Figure {
     let first = arguments.seed;
-    let seeds = match (runs.is_empty(), arguments.seeds) {
-        (true, _) => String::new(),
-        (false, 1) => format!("; seed {first}"),
-        (false, count) => {
+    let seeds = match arguments.seeds {
+        1 => format!("seed {first}"),
+        count => {
             let last = first.wrapping_add(count - 1);
-            format!("; median and range over seeds {first} to {last}")
+            format!("median and range over seeds {first} to {last}")
         }
     };
     Figure {
         title: "How fast the engine is".to_owned(),
-        subtitle: format!("{}, {}{seeds}", processor(), counted(threads as u64, "thread")),
-        rows,
-    }
-}
-
-fn speeds(paths: &[PathSpeed]) -> Panel {
-    let names = grouped(paths, |path| path.name.clone());
-    let series = grouped(paths, |path| path.table_log2).into_iter();
-    let series = series.map(|(table, own)| {
-        let of = |name: &String| own.iter().find(|path| path.name == *name);
-        let values = names
-            .iter()
-            .map(|(name, _)| of(name).map_or(f64::NAN, |path| path.samples_per_s));
-        (format!("2^{table} rows a level"), values.collect())
-    });
-    Panel {
-        title: "Speed of each way to compute the field".to_owned(),
-        chart: Chart::Bars {
-            label: "samples/s, forward and backward".to_owned(),
-            series: series.collect(),
-            groups: names.iter().map(|(name, _)| name.clone()).collect(),
-        },
+        subtitle: format!("{}, {}; {seeds}", processor(), counted(threads as u64, "thread")),
+        rows: vec![progress(runs)],
     }
 }
 
@@ -290,7 +264,7 @@ fn progress(runs: &[RunPoint]) -> Vec<Panel> {
     let colour = Axis::new("PSNR, dB", Scale::Linear);
     let of_colour = lines(&|run| f64::from(run.psnr_db));
     vec![
-        Panel::of_lines("Depth on held-out frames", seconds.clone(), depth, of_depth),
-        Panel::of_lines("Colour on held-out frames", seconds, colour, of_colour),
+        Panel::new("Depth on held-out frames", seconds.clone(), depth, of_depth),
+        Panel::new("Colour on held-out frames", seconds, colour, of_colour),
     ]
 }

@@ -79,7 +79,7 @@ fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[F
         let point = |answer, mark: f64| Point::of_values(mark, at(own, answer, mark));
         let series = series
             .map(|(answer, _)| Series::new(answer, marks.iter().filter_map(|&mark| point(answer, mark))));
-        Panel::of_lines(
+        Panel::new(
             format!("{scene}, {labels}"),
             Axis::new("seconds since the last label", Scale::Logarithmic),
             Axis::new("mIoU on the test frames", Scale::Linear),

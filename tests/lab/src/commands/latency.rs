@@ -66,7 +66,7 @@ fn figure(preset: Preset, measured: &[Latency]) -> Figure {
         let up = Axis::new("milliseconds at most", Scale::Logarithmic);
         let up = up.with_mark(target, "target for half of them");
         let series = measured.iter().map(|scene| line(scene, &of(scene).sorted));
-        Panel::of_lines(title, across, up, series.collect())
+        Panel::new(title, across, up, series.collect())
     };
     let first = measured.first();
     Figure {

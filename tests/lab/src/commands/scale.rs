@@ -167,7 +167,7 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
         Sweep::Classes => ("By classes", format!("classes, with {strokes} strokes")),
         Sweep::Strokes => ("By strokes", "strokes".to_owned()),
     };
-    Panel::of_lines(
+    Panel::new(
         title,
         Axis::new(label, Scale::Logarithmic),
         Axis::new("seconds", Scale::Logarithmic),
@@ -193,7 +193,7 @@ fn memory(sweeps: &[Sweep], base: Setting, measured: &[Measured], exponents: &[E
         let points = ascending(own.map(|one| Point::new(one.value() / usual(sweep), gigabytes(one))));
         Series::new(named(sweep.name(), sweep, MEMORY, exponents), points)
     });
-    Panel::of_lines(
+    Panel::new(
         "Peak memory",
         Axis::new("times the usual number", Scale::Logarithmic),
         Axis::new("GB", Scale::Logarithmic),

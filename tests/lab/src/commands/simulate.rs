@@ -112,7 +112,7 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
     };
     let panel = |title: &str, x: &str, series: Vec<Series>| {
         let y = Axis::new("mIoU on the test frames", Scale::Linear);
-        Panel::of_lines(title, Axis::new(x, Scale::Linear), y, series)
+        Panel::new(title, Axis::new(x, Scale::Linear), y, series)
     };
     let (clicks, seconds) = (
         "clicks a class in the whole scene",
@@ -146,7 +146,7 @@ fn reliability(arguments: &SimulateArguments, threads: usize, points: &[Simulate
                 points,
             ));
         }
-        Panel::of_lines(
+        Panel::new(
             policy,
             Axis::new("probability of the most likely class", Scale::FromZero),
             Axis::new("share that is right", Scale::FromZero),

@@ -19,7 +19,7 @@ pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, results: &Resu
         .map(|(scene, points)| {
             let series = grouped(points, |point| point.method.clone()).into_iter();
             let series = series.map(|(method, own)| line(results, &scene, method, &own));
-            Panel::of_lines(
+            Panel::new(
                 titled(arguments, &scene),
                 Axis::new("wall seconds since the start", Scale::Logarithmic),
                 Axis::new("mIoU on the test frames", Scale::Linear),
@@ -65,7 +65,7 @@ pub(super) fn capacity(arguments: &ParetoArguments, threads: usize, points: &[Ca
     for (scene, of_scene) in grouped(points, |point| point.scene.clone()) {
         let panel = |what: &str, parts: &[Part], x: Quantity<'_>, y: Quantity<'_>| {
             let series = parts.iter().map(|&part| sizes(&of_scene, part, [x.1, y.1]));
-            Panel::of_lines(
+            Panel::new(
                 format!("{}: {what}", titled(arguments, &scene)),
                 Axis::new(x.0, Scale::Logarithmic),
                 Axis::new(y.0, Scale::Linear),
