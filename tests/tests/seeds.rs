@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use inplace_tests::{Fuzzed, files_below};
+use inplace_tests::{Fuzzed, files_below, number};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 /// Changes to each seed, unless `INPLACE_SEED_CHANGES` says how many.
@@ -117,8 +117,7 @@ fn problem(fuzzed: &Fuzzed, bytes: &[u8]) -> Option<String> {
 // One test, as the memory of all is counted together.
 #[test]
 fn no_seed_and_no_change_to_one_breaks_a_parser() {
-    let asked = std::env::var("INPLACE_SEED_CHANGES").ok();
-    let changes = asked.map_or(CHANGES, |count| count.parse().expect("a number of changes"));
+    let changes = number("INPLACE_SEED_CHANGES", CHANGES);
     let mut problems = Vec::new();
     for name in Fuzzed::names() {
         let fuzzed = Fuzzed::new(name);
