@@ -14,6 +14,14 @@ pub struct TrainingArguments {
     /// network, for which `inplace` needs `label` with a --budget.
     #[arg(long, value_name = "NAME", default_value = "auto")]
     pub preset: Preset,
+    /// What is read of the scene, and what it is computed with.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
+}
+
+/// What is read of a scene, and what it is computed with.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct ReadingArguments {
     /// Leave measured depth and sparse points aside.
     #[arg(long)]
     pub no_depth: bool,
@@ -28,7 +36,7 @@ pub struct TrainingArguments {
     pub seed: u64,
 }
 
-impl TrainingArguments {
+impl ReadingArguments {
     /// Threads to train with, without a window: as given, or all cores.
     pub fn threads(&self) -> usize {
         self.threads.map_or_else(cores, usize::from)
@@ -44,16 +52,23 @@ impl TrainingArguments {
     }
 
     /// The options of a session without a window.
-    pub fn session_options(&self, source: SceneSource) -> SessionOptions {
+    pub fn session_options(&self, source: SceneSource, preset: Preset) -> SessionOptions {
         SessionOptions {
             source,
             open: self.open_options(),
-            preset: self.preset,
+            preset,
             threads: self.threads(),
             seed: self.seed,
             views: false,
             state: None,
         }
+    }
+}
+
+impl TrainingArguments {
+    /// The options of a session without a window.
+    pub fn session_options(&self, source: SceneSource) -> SessionOptions {
+        self.reading.session_options(source, self.preset)
     }
 }
 

@@ -46,7 +46,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let second = read(&arguments.second, &arguments.training, &progress)?;
     progress.show("comparing");
     let differences = arguments.out.as_ref().map(|out| out.join(DIFFERENCES));
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.training.threads());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.training.reading.threads());
     let compare = || export::compare(&first, &second, differences.as_deref());
     let agreement = pool.build()?.install(compare)?;
     drop(progress);

@@ -177,10 +177,10 @@ fn render(
         return Err("this preset finds no surface whose labels could be seen; leave --preset away".into());
     };
     let training = &arguments.training;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(training.threads());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(training.reading.threads());
     let pool = pool.build()?;
     pool.install(|| {
-        let trainer = model.field(scene, training.preset, training.seed)?;
+        let trainer = model.field(scene, training.preset, training.reading.seed)?;
         let semantics = match reads_semantic_field(scene) {
             true => model.semantic_field(&trainer)?,
             false => None,

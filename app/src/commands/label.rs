@@ -68,7 +68,7 @@ fn with_images(labels: LabelSet, folder: &Path, trust: Trust, scene: &Scene) -> 
 pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     let start = Instant::now();
     // Files are written on the threads of the pool that this runs in.
-    let threads = arguments.training.threads();
+    let threads = arguments.training.reading.threads();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let done = pool.install(|| label_unless_finished(arguments, start));
     if let Err(failure) = &done

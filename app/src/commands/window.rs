@@ -21,10 +21,10 @@ pub fn run(arguments: WindowArguments, demo: bool, started: Instant) -> Result<(
         } else {
             arguments.open.clone().map(Target::Path)
         },
-        read: arguments.training.open_options(),
+        read: arguments.training.reading.open_options(),
         preset: arguments.training.preset,
-        threads: arguments.training.threads.map(usize::from),
-        seed: arguments.training.seed,
+        threads: arguments.training.reading.threads.map(usize::from),
+        seed: arguments.training.reading.seed,
         stats: arguments.stats.then_some(started),
         trace: arguments.trace,
     };

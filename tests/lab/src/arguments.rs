@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use inplace_core::arguments::{TrainingArguments, Wanted, image_size, number, seconds};
+use inplace_core::arguments::{ReadingArguments, TrainingArguments, Wanted, image_size, number, seconds};
 use inplace_core::field::Preset;
 
-use crate::commands::Failure;
+use crate::Failure;
 use crate::paper::{EXPERIMENTS, FUSION};
 use crate::scale::Sweep;
 use crate::simulate::{Baseline, Policy};
@@ -35,6 +35,31 @@ pub enum Command {
     },
 }
 
+/// Where results go.
+#[derive(Clone, Debug, Args)]
+pub struct OutputArguments {
+    /// Where the results go: a page, tables as CSV or JSON, and charts as SVG.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a measurement of several captures takes.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArguments {
+    /// Folders of captures with ground truth and split.json, or "demo".
+    #[arg(required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Where its results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
+    /// How scenes are read and learnt.
+    #[command(flatten)]
+    pub training: TrainingArguments,
+}
+
 /// A simulated annotator.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
@@ -56,9 +81,9 @@ pub struct SimulateArguments {
     /// Runs, with seeds that count up from --seed.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: u64,
-    /// Where results.csv, calibration.csv and their charts go.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    /// Where the results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// Most seconds of learning the geometry before the first click [default: until it is learnt].
     #[arg(long, value_name = "SECONDS", value_parser = seconds_or_none)]
     pub geometry: Option<f64>,
@@ -83,9 +108,6 @@ pub struct SimulateArguments {
     /// capture with semantic_instance and objects.json, on the surface graph alone. Writes objects.csv.
     #[arg(long, conflicts_with_all = ["baselines", "settle"])]
     pub objects: bool,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
     /// How scenes are read and learnt.
     #[command(flatten)]
     pub training: TrainingArguments,
@@ -106,7 +128,7 @@ pub enum Bench {
     /// training frames, beside the paper's numbers.
     Paper(PaperArguments),
     /// How long a click waits for its maps while the field is being trained: for that of the frame in view and
-    /// for those of all frames.
+    /// for those of all frames. As JSON an object for one scene, an array of them for several.
     Latency(LatencyArguments),
     /// The labels that the semantic field renders, as seconds pass since the last click, and from noisy label
     /// images, beside what the surface says.
@@ -144,9 +166,6 @@ pub struct AllArguments {
 /// Measuring what finds wrong labels.
 #[derive(Debug, Args)]
 pub struct AuditArguments {
-    /// Folders of captures with ground truth and split.json, or "demo".
-    #[arg(required = true)]
-    pub scenes: Vec<PathBuf>,
     /// Random clicks a class on the training frames.
     #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "3,10", value_parser = clap::value_parser!(u16).range(1..))]
     pub clicks: Vec<u16>,
@@ -159,15 +178,9 @@ pub struct AuditArguments {
     /// Runs of each scene, with seeds that count up from --seed.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: u64,
-    /// Where audit.csv goes.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
-    /// How scenes are read and learnt.
+    /// What is measured, and how.
     #[command(flatten)]
-    pub training: TrainingArguments,
+    pub on: SceneArguments,
 }
 
 /// Measuring the engine.
@@ -189,35 +202,23 @@ pub struct EngineArguments {
     /// Train the default with all that teaches it, and without one part each, instead of presets.
     #[arg(long, conflicts_with = "presets")]
     pub ablate: bool,
-    /// Leave measured depth aside in training.
-    #[arg(long)]
-    pub no_depth: bool,
-    /// Seed of everything random; of the first run of each scene.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
     /// Runs of each scene, with seeds that count up from --seed.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: u64,
-    /// Where engine.json and engine.svg go.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    /// Where the results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// Runs of each way.
     #[arg(long, value_name = "N", default_value_t = 15)]
     pub rounds: usize,
-    /// Threads to compute with [default: all cores].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// What is read of the scenes, and what they are computed with.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
 }
 
 /// The paper's experiments.
 #[derive(Debug, Args)]
 pub struct PaperArguments {
-    /// Folders of captures with ground truth and split.json, or "demo".
-    #[arg(required = true)]
-    pub scenes: Vec<PathBuf>,
     /// Runs of each scene, with seeds that count up from --seed.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: u64,
@@ -232,46 +233,28 @@ pub struct PaperArguments {
     /// share with these are predicted as others and not measured.
     #[arg(long, value_name = "SCENE", num_args = 1..)]
     pub train_on: Vec<PathBuf>,
-    /// Where paper.csv goes.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
-    /// How scenes are read and learnt.
+    /// What is measured, and how.
     #[command(flatten)]
-    pub training: TrainingArguments,
+    pub on: SceneArguments,
 }
 
 /// Measuring how long clicks wait.
 #[derive(Debug, Args)]
 pub struct LatencyArguments {
-    /// Folders of captures with ground truth and split.json, or "demo".
-    #[arg(required = true)]
-    pub scenes: Vec<PathBuf>,
     /// Clicks in each scene.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
     pub clicks: u16,
     /// Objects that strokes name before the first click; each click is on another one then.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub objects: u16,
-    /// Where latency.json and latency.svg go.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Print the results as JSON: an object for one scene, an array of them for several.
-    #[arg(long)]
-    pub json: bool,
-    /// How scenes are read and learnt.
+    /// What is measured, and how.
     #[command(flatten)]
-    pub training: TrainingArguments,
+    pub on: SceneArguments,
 }
 
 /// Measuring the semantic field.
 #[derive(Debug, Args)]
 pub struct FieldArguments {
-    /// Folders of captures with ground truth and split.json, or "demo".
-    #[arg(required = true)]
-    pub scenes: Vec<PathBuf>,
     /// Random clicks a class, given all at once.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     pub clicks: u16,
@@ -290,15 +273,9 @@ pub struct FieldArguments {
     /// Runs of each scene, with seeds that count up from --seed.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: u64,
-    /// Where field.csv and field.svg go.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
-    /// How scenes are read and learnt.
+    /// What is measured, and how.
     #[command(flatten)]
-    pub training: TrainingArguments,
+    pub on: SceneArguments,
 }
 
 /// Measuring how cost grows.
@@ -335,28 +312,19 @@ pub struct ScaleArguments {
     /// Seconds of training of each capture.
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
     pub seconds: f64,
-    /// Leave measured depth aside.
-    #[arg(long)]
-    pub no_depth: bool,
-    /// Threads to compute with [default: all cores].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Seed of everything random, the places of the strokes among it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-    /// Where scale.json, scale.csv and scale.svg go.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Where the results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
+    /// What is read of the captures, and what they are computed with.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
     /// Measure only this capture with its strokes, in this process, and print what it cost as JSON.
     #[arg(long, value_name = "DIR", hide = true)]
     pub cost_of: Option<PathBuf>,
 }
 
 /// Trying what such methods fail at.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct StabilityArguments {
     /// Folders of captures with ground truth and split.json, or "demo".
     #[arg(default_value = "demo")]
@@ -379,12 +347,9 @@ pub struct StabilityArguments {
     /// Seconds of the long training.
     #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = seconds)]
     pub long_seconds: f64,
-    /// Where stability.csv and stability.md go.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Where the results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// How scenes are read and learnt.
     #[command(flatten)]
     pub training: TrainingArguments,
@@ -396,18 +361,12 @@ pub struct StereoArguments {
     /// Folders of captures, or "demo"; errors are those of captures with measured depth.
     #[arg(required = true)]
     pub scenes: Vec<PathBuf>,
-    /// Read images that a file of the capture names outside its folder.
-    #[arg(long)]
-    pub outside_files: bool,
-    /// Threads to compute with [default: all cores].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Where stereo.csv goes.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Where the results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
+    /// What is read of the scenes, and what they are computed with.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
 }
 
 /// Accuracy against time and size.
@@ -451,24 +410,12 @@ pub struct ParetoArguments {
     /// Runs of each method, with seeds that count up from --seed.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: u64,
-    /// Where pareto.csv and pareto.svg go, and capacity.csv and capacity.svg.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Leave measured depth and sparse points aside.
-    #[arg(long)]
-    pub no_depth: bool,
-    /// Read images that a file of the capture names outside its folder.
-    #[arg(long)]
-    pub outside_files: bool,
-    /// Threads of each method [default: all cores].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Seed of everything random; of the first run of each method.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Where the results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
+    /// What is read of the scenes, and what they are computed with.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
     /// Measure only the run with this number, in this process, and print what it came to as JSON.
     #[arg(long, value_name = "N", hide = true)]
     pub run: Option<usize>,

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::learnt::settle;
 use super::simulate::{Annotator, Policy};
-use super::{EvalError, SceneTruth, mean};
+use super::{Failure, SceneTruth, mean, unusable_scene};
 use inplace_core::guide::audit::{Accuracy, Audit, Verdict};
 use inplace_core::labels::{ClassId, LabelSet, StrokeId, VOID};
 use inplace_core::scene::Scene;
@@ -68,7 +68,7 @@ pub fn audits(
     clicks: usize,
     share: f64,
     audits: usize,
-) -> Result<AuditPoint, EvalError> {
+) -> Result<AuditPoint, Failure> {
     let seed = options.seed;
     let mut run = Client::start(options.clone());
     let scene = run.opened()?;
@@ -83,7 +83,7 @@ pub fn audits(
             .iter()
             .map(|map| Arc::new(map.looked_up().into_owned()))
             .collect(),
-        None => return Err(EvalError::scene(&scene, "its maps are not complete")),
+        None => return Err(unusable_scene(&scene, "its maps are not complete")),
     };
     let truths: BTreeMap<&str, Vec<ClassId>> = truth
         .images
@@ -189,7 +189,7 @@ fn checks(
     run: &mut Client,
     labels: LabelSet,
     generation: u64,
-) -> Result<BTreeMap<StrokeId, StrokeCheck>, EvalError> {
+) -> Result<BTreeMap<StrokeId, StrokeCheck>, Failure> {
     run.send(Command::CheckStrokes);
     run.label(labels, generation);
     let checks = run.wait(|event| match event {

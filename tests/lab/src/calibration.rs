@@ -1,6 +1,6 @@
 //! Whether the probabilities of maps are right.
 
-use super::EvalError;
+use super::{Failure, unless_equal};
 use inplace_core::labels::{ClassId, VOID};
 use inplace_core::semantics::CERTAIN;
 
@@ -35,15 +35,15 @@ impl Calibration {
     /// Counts the pixels of one frame; `confidence` as in [`FrameMap::confidence`](inplace_core::semantics::FrameMap::confidence).
     ///
     /// # Errors
-    /// [`EvalError::Size`] when the three have not the same number of pixels; then nothing is counted.
+    /// When the three have not the same number of pixels; then nothing is counted.
     pub fn add(
         &mut self,
         truth: &[ClassId],
         predicted: &[ClassId],
         confidence: &[u16],
-    ) -> Result<(), EvalError> {
-        EvalError::unless_equal(truth.len(), predicted.len())?;
-        EvalError::unless_equal(truth.len(), confidence.len())?;
+    ) -> Result<(), Failure> {
+        unless_equal(truth.len(), predicted.len())?;
+        unless_equal(truth.len(), confidence.len())?;
         for ((&truth, &predicted), &confidence) in truth.iter().zip(predicted).zip(confidence) {
             if truth == VOID {
                 continue;

@@ -14,7 +14,6 @@ mod stereo;
 
 use std::collections::HashSet;
 use std::env;
-use std::error::Error;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,10 +24,8 @@ use inplace_core::export::{self, total_memory};
 use inplace_core::scene::SceneSource;
 use serde::de::DeserializeOwned;
 
+use crate::Failure;
 use crate::arguments::{Arguments, Bench, Command};
-
-/// Any failure: one sentence that names the file and what to do.
-pub type Failure = Box<dyn Error + Send + Sync>;
 
 /// Does what the command line asks for.
 ///

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::EvalError;
 use super::learnt::{wait_for_map, wait_for_surface};
+use super::{Failure, no_strokes};
 use inplace_core::export::peak_memory;
 use inplace_core::labels::read_strokes;
 use inplace_core::session::{Client, Command, Event, SessionOptions, Status};
@@ -17,16 +17,6 @@ const CATCHING_UP: Duration = Duration::from_millis(300);
 /// What one capture cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Number of frames.
-    pub frames: usize,
-    /// Width of the frames, in pixels.
-    pub width: u32,
-    /// Height of the frames, in pixels.
-    pub height: u32,
-    /// Number of classes.
-    pub classes: usize,
-    /// Number of strokes given at first.
-    pub strokes: usize,
     /// Whether depth was read.
     pub depth: bool,
     /// Threads of the session.
@@ -63,8 +53,8 @@ pub struct Cost {
 /// trains for `seconds`. Peak memory is that of the whole process: measure each capture in a process of its own.
 ///
 /// # Errors
-/// [`EvalError::Session`]; [`EvalError::Strokes`]; [`EvalError::NoStrokes`] with fewer than two of them.
-pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Result<Cost, EvalError> {
+/// A session that fails, and strokes that do not fit the capture or are fewer than two.
+pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Result<Cost, Failure> {
     let threads = options.threads;
     let start = Instant::now();
     // The cost of training is measured whatever the labels need.
@@ -82,9 +72,8 @@ pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Re
     let labels = read_strokes(strokes, &scene)?;
     let mut first = labels.clone();
     let Some((_, last)) = first.strokes.pop_last().filter(|_| !first.strokes.is_empty()) else {
-        return Err(EvalError::NoStrokes(scene.name()));
+        return Err(no_strokes(&scene));
     };
-    let (classes, given) = (labels.classes.len(), first.strokes.len());
     let view = last.frame;
     run.send(Command::View { frame: view });
     let click = Instant::now();
@@ -114,13 +103,7 @@ pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Re
     let training_s = training.elapsed().as_secs_f64();
     let a_second = |before: u64, after: u64| (after - before) as f64 / training_s;
     let after = run.status().work;
-    let camera = &scene.frames[view].camera;
     Ok(Cost {
-        frames: scene.frames.len(),
-        width: camera.width,
-        height: camera.height,
-        classes,
-        strokes: given,
         depth: scene.has_depth(),
         threads,
         opening_s,

@@ -8,7 +8,7 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
-use super::EvalError;
+use super::Failure;
 use super::learnt::pool;
 use super::reached::{Progress, Reached};
 use inplace_core::field::kernels::Dispatch;
@@ -42,7 +42,7 @@ pub fn path_speeds(
     table_log2: u32,
     rounds: usize,
     threads: usize,
-) -> std::result::Result<Vec<PathSpeed>, EvalError> {
+) -> std::result::Result<Vec<PathSpeed>, Failure> {
     let (min, side) = (Vec3::ZERO, 6.0);
     let volume = Volume { min, side };
     let capacity = Capacity {

@@ -13,7 +13,7 @@ use super::arguments::FieldArguments;
 use super::learnt::{NodeLabels, learn, spread, surface};
 use super::paper::pixel_noise;
 use super::simulate::{Annotator, Policy};
-use super::{ConfusionMatrix, EvalError, SceneTruth};
+use super::{ConfusionMatrix, Failure, SceneTruth, unusable_scene};
 use inplace_core::field::{Ray, Trainer};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use inplace_core::scene::Scene;
@@ -38,7 +38,7 @@ struct Learnt {
 }
 
 impl Learnt {
-    fn of(arguments: &FieldArguments, mut options: SessionOptions) -> Result<Self, EvalError> {
+    fn of(arguments: &FieldArguments, mut options: SessionOptions) -> Result<Self, Failure> {
         options.views = true;
         let mut run = Client::start(options.clone());
         let scene = run.opened()?;
@@ -68,7 +68,7 @@ pub fn semantic_field(
     arguments: &FieldArguments,
     session: SessionOptions,
     progress: &mut dyn FnMut(&str),
-) -> Result<Vec<FieldPoint>, EvalError> {
+) -> Result<Vec<FieldPoint>, Failure> {
     progress("learning the scene");
     let mut learnt = Learnt::of(arguments, session)?;
     let mut points = Vec::new();
@@ -155,19 +155,19 @@ impl<'a> Measured<'a> {
     /// mIoU of the classes that `answer` gives for the pixels (by index) of each test frame.
     fn miou(
         &self,
-        mut answer: impl FnMut(usize, &[usize]) -> Result<Vec<ClassId>, EvalError>,
-    ) -> Result<f64, EvalError> {
+        mut answer: impl FnMut(usize, &[usize]) -> Result<Vec<ClassId>, Failure>,
+    ) -> Result<f64, Failure> {
         let mut matrix = ConfusionMatrix::default();
         for &frame in &self.truth.test {
             let (pixels, truth): (Vec<usize>, Vec<ClassId>) = self.pixels(frame).into_iter().unzip();
             matrix.add(&truth, &answer(frame, &pixels)?)?;
         }
         let void = "all pixels of the test frames are void; measure on a capture with classes";
-        matrix.miou().ok_or_else(|| EvalError::scene(self.scene, void))
+        matrix.miou().ok_or_else(|| unusable_scene(self.scene, void))
     }
 
     /// The same of a map with a class for every pixel.
-    fn miou_of_maps(&self, mut map: impl FnMut(usize) -> Vec<ClassId>) -> Result<f64, EvalError> {
+    fn miou_of_maps(&self, mut map: impl FnMut(usize) -> Vec<ClassId>) -> Result<f64, Failure> {
         self.miou(|frame, pixels| {
             let map = map(frame);
             let at = |&pixel: &usize| map.get(pixel).copied().unwrap_or(VOID);
@@ -182,7 +182,7 @@ impl<'a> Measured<'a> {
         semantics: &SemanticField,
         trainer: &Trainer,
         known: bool,
-    ) -> Result<f64, EvalError> {
+    ) -> Result<f64, Failure> {
         let classes = semantics.classes();
         let best = |row: &[f32]| {
             let better = |best: usize, index: usize| if row[index] > row[best] { index } else { best };
@@ -208,7 +208,7 @@ impl<'a> Measured<'a> {
         semantics: &SemanticField,
         trainer: &Trainer,
         seconds: f64,
-    ) -> Result<Vec<FieldPoint>, EvalError> {
+    ) -> Result<Vec<FieldPoint>, Failure> {
         let any_pose = self.miou_of_field(semantics, trainer, false)?;
         let mut points = vec![self.point("field", seconds, any_pose)];
         if self.scene.has_depth() {
@@ -230,7 +230,7 @@ fn taught_by_noise(
     arguments: &FieldArguments,
     learnt: &Learnt,
     share: f64,
-) -> Result<Vec<FieldPoint>, EvalError> {
+) -> Result<Vec<FieldPoint>, Failure> {
     let (options, scene, truth) = (&learnt.options, &learnt.scene, &learnt.truth);
     let (trainer, surface) = (&learnt.trainer, &learnt.surface);
     let seed = options.seed;
@@ -293,7 +293,7 @@ struct Seen {
 /// maps and the labels that its semantic field renders, beside what the graph says from the clicks alone.
 ///
 /// Seconds are those in which the session worked: it is paused while it is looked at.
-fn labelled_by_clicks(arguments: &FieldArguments, learnt: &mut Learnt) -> Result<Vec<FieldPoint>, EvalError> {
+fn labelled_by_clicks(arguments: &FieldArguments, learnt: &mut Learnt) -> Result<Vec<FieldPoint>, Failure> {
     let (options, scene, truth) = (&learnt.options, &learnt.scene, &learnt.truth);
     let (trainer, surface) = (&mut learnt.trainer, &learnt.surface);
     let annotator = Annotator::new(scene, truth);

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::learnt::{wait_for_map, wait_for_surface};
 use super::simulate::{Annotator, Click, Policy};
-use super::{EvalError, SceneTruth};
+use super::{Failure, SceneTruth, no_strokes, unusable_scene};
 use inplace_core::export::peak_memory;
 use inplace_core::labels::{LabelSet, Object, ObjectId};
 use inplace_core::session::{Client, Command, SessionOptions};
@@ -85,7 +85,7 @@ pub fn click_latency(
     options: &SessionOptions,
     (clicks, objects): (usize, usize),
     progress: &mut dyn FnMut(&str),
-) -> Result<Latency, EvalError> {
+) -> Result<Latency, Failure> {
     // Training goes on whatever the labels need: a click has to be fast all the same.
     let options = &SessionOptions {
         views: true,
@@ -99,7 +99,7 @@ pub fn click_latency(
     if planned.len() < clicks {
         let too_few =
             "there are too few frames to click on another one each time; measure on a longer capture";
-        return Err(EvalError::scene(&scene, too_few));
+        return Err(unusable_scene(&scene, too_few));
     }
     wait_for_surface(&mut run)?;
     let rounds = objects.div_ceil(annotator.classes().len().max(1));
@@ -137,7 +137,7 @@ pub fn click_latency(
         in_view.push(view);
         all_frames.push(all);
     }
-    let none = || EvalError::NoStrokes(scene.name());
+    let none = || no_strokes(&scene);
     Ok(Latency {
         scene: scene.name(),
         in_view_ms: Percentiles::of(in_view).ok_or_else(none)?,
@@ -178,7 +178,7 @@ fn on_changing_frames(annotator: &Annotator<'_>, clicks: usize, seed: u64) -> Ve
 }
 
 /// A new session with these labels, when all maps of them are there.
-fn going_on(options: &SessionOptions, labels: LabelSet, generation: u64) -> Result<Client, EvalError> {
+fn going_on(options: &SessionOptions, labels: LabelSet, generation: u64) -> Result<Client, Failure> {
     let mut run = Client::start(options.clone());
     run.opened()?;
     run.label(labels, generation);
@@ -187,7 +187,7 @@ fn going_on(options: &SessionOptions, labels: LabelSet, generation: u64) -> Resu
 }
 
 /// Milliseconds from a click until the map of its frame has been read, and until all maps are there.
-fn waited(run: &mut Client, view: usize, labels: LabelSet, generation: u64) -> Result<(f64, f64), EvalError> {
+fn waited(run: &mut Client, view: usize, labels: LabelSet, generation: u64) -> Result<(f64, f64), Failure> {
     let click = Instant::now();
     let milliseconds = || 1000.0 * click.elapsed().as_secs_f64();
     run.send(Command::View { frame: view });

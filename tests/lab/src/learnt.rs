@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::EvalError;
+use super::{Failure, unusable_scene};
 use inplace_core::field::{Preset, Trainer};
 use inplace_core::labels::{Class, ClassId, ImportedLabels, LabelSet, VOID};
 use inplace_core::scene::Scene;
@@ -14,12 +14,12 @@ use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
 use inplace_core::session::{Client, Command, Event, SurfaceRefiner};
 
 /// Learns the geometry, for so long at most; then its surface is final.
-pub(super) fn learn(client: &mut Client, limit: Option<Duration>) -> Result<(), EvalError> {
+pub(super) fn learn(client: &mut Client, limit: Option<Duration>) -> Result<(), Failure> {
     settle(client, 0, limit)
 }
 
 /// Trains for so long at most, and waits for the last surface and the last maps of these labels.
-pub(super) fn settle(client: &mut Client, generation: u64, limit: Option<Duration>) -> Result<(), EvalError> {
+pub(super) fn settle(client: &mut Client, generation: u64, limit: Option<Duration>) -> Result<(), Failure> {
     let deadline = limit.map(|limit| Instant::now() + limit);
     if !client.settled(generation, deadline)? {
         client.send(Command::Settle);
@@ -29,14 +29,14 @@ pub(super) fn settle(client: &mut Client, generation: u64, limit: Option<Duratio
 }
 
 /// Waits until there is a surface to spread labels over.
-pub(super) fn wait_for_surface(client: &mut Client) -> Result<(), EvalError> {
+pub(super) fn wait_for_surface(client: &mut Client) -> Result<(), Failure> {
     let is_there = |event: &Event| matches!(event, Event::Status(status) if status.surface_nodes > 0);
     client.wait_until(None, is_there)?;
     Ok(())
 }
 
 /// Waits until a frame has the map of these labels.
-pub(super) fn wait_for_map(client: &mut Client, view: usize, labels: u64) -> Result<(), EvalError> {
+pub(super) fn wait_for_map(client: &mut Client, view: usize, labels: u64) -> Result<(), Failure> {
     client.wait_until(None, |event| match event {
         Event::Map { frame, generation } => (*frame, *generation) == (view, labels),
         _ => false,
@@ -45,9 +45,8 @@ pub(super) fn wait_for_map(client: &mut Client, view: usize, labels: u64) -> Res
 }
 
 /// So many threads, at least one, to compute with.
-pub(super) fn pool(threads: usize) -> Result<ThreadPool, EvalError> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
-    pool.map_err(|error| EvalError::Session(error.to_string()))
+pub(super) fn pool(threads: usize) -> Result<ThreadPool, Failure> {
+    Ok(ThreadPoolBuilder::new().num_threads(threads.max(1)).build()?)
 }
 
 /// The surface from measured depth; where that has holes or there is none, a field is trained for so long, and
@@ -57,7 +56,7 @@ pub(super) fn trained_surface(
     preset: Preset,
     training: Duration,
     seed: u64,
-) -> Result<Arc<Surface>, EvalError> {
+) -> Result<Arc<Surface>, Failure> {
     let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
     if !SurfaceRefiner::is_complete(scene) {
         let start = Instant::now();
@@ -69,19 +68,18 @@ pub(super) fn trained_surface(
 }
 
 /// The surface that this field completes, with so many times the voxels that are chosen for the scene.
-pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer, size: f32) -> Result<Arc<Surface>, EvalError> {
+pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer, size: f32) -> Result<Arc<Surface>, Failure> {
     let mut refiner = SurfaceRefiner::new(scene, trainer, size, rayon::current_num_threads());
     refiner.finish(trainer);
     while refiner.is_rendering() {
         refiner.advance(trainer, &LabelSet::default())?;
     }
     loop {
-        let ready = refiner.ready();
-        if let Some(spread) = ready.map_err(|reason| EvalError::Session(reason.to_owned()))? {
+        if let Some(spread) = refiner.ready()? {
             return Ok(Arc::clone(spread.surface()));
         }
         if refiner.is_done() {
-            return Err(EvalError::scene(scene, "no surface was found; train for longer"));
+            return Err(unusable_scene(scene, "no surface was found; train for longer"));
         }
         thread::sleep(Duration::from_millis(5));
     }

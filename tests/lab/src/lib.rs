@@ -29,7 +29,9 @@ mod table;
 mod testing;
 mod truth;
 
-use std::path::PathBuf;
+use std::error::Error;
+use std::fmt::Display;
+use std::path::Path;
 
 pub use audit::{AuditPoint, audits};
 pub use calibration::Calibration;
@@ -42,85 +44,34 @@ pub use reached::{Quantity, Reached, TARGETS};
 pub use stereo::{StereoPoint, stereo_depth};
 pub use truth::{LabelImage, SceneTruth, Split};
 
-use inplace_core::field::FieldError;
-use inplace_core::labels::StrokesError;
-use inplace_core::scene::{Scene, SceneError};
-use inplace_core::session::ClientError;
-use inplace_core::stereo::StereoError;
+use inplace_core::scene::Scene;
 
-/// Something that cannot be measured; each message is one sentence that names the file and what to do.
-#[derive(Debug, thiserror::Error)]
-pub enum EvalError {
-    /// A file of the ground truth is missing or unusable.
-    #[error("{}: {reason}", .path.display())]
-    File {
-        /// The file or folder.
-        path: PathBuf,
-        /// What is wrong and what to do.
-        reason: String,
-    },
-    /// Truth and prediction are not of the same image.
-    #[error("the prediction has {predicted} pixels and the ground truth {truth}; both must be of one frame")]
-    Size {
-        /// Pixels of the ground truth.
-        truth: usize,
-        /// Pixels of the prediction.
-        predicted: usize,
-    },
-    /// A measurement that came to nothing; a sentence.
-    #[error("{0}")]
-    Session(String),
-    /// A session that ended before it was measured.
-    #[error(transparent)]
-    Client(#[from] ClientError),
-    /// A field that cannot be trained.
-    #[error(transparent)]
-    Field(#[from] FieldError),
-    /// A computation that failed.
-    #[error(transparent)]
-    Tensor(#[from] candle_core::Error),
-    /// Depth that cannot be estimated.
-    #[error(transparent)]
-    Stereo(#[from] StereoError),
-    /// A capture, or a part of it, that cannot be read.
-    #[error(transparent)]
-    Capture(#[from] SceneError),
-    /// A strokes file that does not fit the capture.
-    #[error(transparent)]
-    Strokes(#[from] StrokesError),
-    /// There is nothing to click on.
-    #[error("{0}: there is no stroke in any of its frames; more frames are needed")]
-    NoStrokes(String),
-    /// There is nothing to measure with.
-    #[error("{scene}: {reason}")]
-    Scene {
-        /// The scene.
-        scene: String,
-        /// What is missing and what to do.
-        reason: String,
-    },
+/// Something that cannot be measured or written: one sentence that names the file or the scene and says what to do.
+pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// There is nothing to measure with in this scene; the reason says what is missing and what to do.
+fn unusable_scene(scene: &Scene, reason: impl Display) -> Failure {
+    format!("{}: {reason}", scene.source).into()
 }
 
-impl EvalError {
-    /// [`EvalError::Size`] unless truth and prediction have the same number of pixels.
-    fn unless_equal(truth: usize, predicted: usize) -> Result<(), Self> {
-        if truth == predicted {
-            return Ok(());
-        }
-        Err(Self::Size { truth, predicted })
-    }
+/// A file of the ground truth is missing or unusable; the reason says what is wrong and what to do.
+fn unusable_file(path: &Path, reason: impl Display) -> Failure {
+    format!("{}: {reason}", path.display()).into()
+}
 
-    fn scene(scene: &Scene, reason: impl Into<String>) -> Self {
-        Self::Scene {
-            scene: scene.source.to_string(),
-            reason: reason.into(),
-        }
-    }
+/// There is nothing to click on.
+fn no_strokes(scene: &Scene) -> Failure {
+    let name = scene.name();
+    format!("{name}: there is no stroke in any of its frames; more frames are needed").into()
+}
 
-    fn file(path: impl Into<PathBuf>, reason: impl Into<String>) -> Self {
-        Self::File {
-            path: path.into(),
-            reason: reason.into(),
-        }
+/// Fails unless truth and prediction have the same number of pixels.
+fn unless_equal(truth: usize, predicted: usize) -> Result<(), Failure> {
+    if truth == predicted {
+        return Ok(());
     }
+    Err(format!(
+        "the prediction has {predicted} pixels and the ground truth {truth}; both must be of one frame"
+    )
+    .into())
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::EvalError;
+use super::{Failure, unless_equal};
 use inplace_core::labels::{ClassId, VOID};
 
 /// How many pixels of each true class were given each predicted class.
@@ -32,9 +32,9 @@ impl ConfusionMatrix {
     /// Counts the pixels of one frame.
     ///
     /// # Errors
-    /// [`EvalError::Size`] when the two have not the same number of pixels; then nothing is counted.
-    pub fn add(&mut self, truth: &[ClassId], predicted: &[ClassId]) -> Result<(), EvalError> {
-        EvalError::unless_equal(truth.len(), predicted.len())?;
+    /// When the two have not the same number of pixels; then nothing is counted.
+    pub fn add(&mut self, truth: &[ClassId], predicted: &[ClassId]) -> Result<(), Failure> {
+        unless_equal(truth.len(), predicted.len())?;
         // Label maps consist of runs: one look-up for each run, not for each pixel.
         let pairs: Vec<(ClassId, ClassId)> = truth.iter().copied().zip(predicted.iter().copied()).collect();
         for run in pairs.chunk_by(|a, b| a == b) {

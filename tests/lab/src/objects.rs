@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{EvalError, LabelImage, SceneTruth, mean};
+use super::{Failure, LabelImage, SceneTruth, mean, unless_equal, unusable_file, unusable_scene};
 use inplace_core::labels::{Class, ClassId, VOID};
 use inplace_core::scene::demo::{self, Shot};
 use inplace_core::scene::{Scene, SceneSource, numbered_images};
@@ -39,7 +39,7 @@ impl ObjectTruth {
     ///
     /// # Errors
     /// A scene without them, and files that cannot be used.
-    pub fn read(scene: &Scene) -> Result<Self, EvalError> {
+    pub fn read(scene: &Scene) -> Result<Self, Failure> {
         let SceneSource::Folder(folder) = &scene.source else {
             return Self::of_demo(scene);
         };
@@ -52,18 +52,18 @@ impl ObjectTruth {
             let own = own.filter(|own| [own.width, own.height] == [classes.width, classes.height]);
             *classes = own.ok_or_else(|| {
                 let reason = format!("frame \"{stem}\" has class labels, but no objects of the same size");
-                EvalError::scene(scene, reason)
+                unusable_scene(scene, reason)
             })?;
             let unlisted = |id: &&u16| **id != VOID && !objects.contains_key(id);
             if let Some(id) = classes.labels.iter().find(unlisted) {
                 let reason = format!("frame \"{stem}\" shows object {id}, which objects.json does not list");
-                return Err(EvalError::scene(scene, reason));
+                return Err(unusable_scene(scene, reason));
             }
         }
         Ok(Self { images, objects })
     }
 
-    fn of_demo(scene: &Scene) -> Result<Self, EvalError> {
+    fn of_demo(scene: &Scene) -> Result<Self, Failure> {
         let (listed, of_frame) = Shot::default().objects();
         let mut images = SceneTruth::read(scene)?;
         for (&frame, classes) in &mut images.images {
@@ -108,10 +108,10 @@ impl ObjectTruth {
     }
 }
 
-fn read_objects(path: &Path) -> Result<BTreeMap<u16, TrueObject>, EvalError> {
+fn read_objects(path: &Path) -> Result<BTreeMap<u16, TrueObject>, Failure> {
     let unusable = |reason: String| {
         let expected = "it must hold [{\"id\", \"class_id\", \"class_name\", \"thing\"}]";
-        EvalError::file(path, format!("cannot be used: {reason}; {expected}"))
+        unusable_file(path, format!("cannot be used: {reason}; {expected}"))
     };
     let text = fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;
     let objects: Vec<TrueObject> =
@@ -159,9 +159,9 @@ impl SegmentCounts {
     /// Counts the pixels of a frame.
     ///
     /// # Errors
-    /// [`EvalError::Size`].
-    pub fn add(&mut self, truth: &[Option<Segment>], predicted: &[Option<Segment>]) -> Result<(), EvalError> {
-        EvalError::unless_equal(truth.len(), predicted.len())?;
+    /// When the two have not the same number of pixels.
+    pub fn add(&mut self, truth: &[Option<Segment>], predicted: &[Option<Segment>]) -> Result<(), Failure> {
+        unless_equal(truth.len(), predicted.len())?;
         let pairs: Vec<_> = truth.iter().copied().zip(predicted.iter().copied()).collect();
         for run in pairs.chunk_by(|a, b| a == b) {
             let pixels = run.len() as u64;

@@ -1,11 +1,10 @@
 //! What a measurement says, as Markdown: written beside its tables and charts, and printed.
 
-use std::path::Path;
-
 use inplace_core::export;
 use serde::Serialize;
 
-use crate::commands::Failure;
+use crate::Failure;
+use crate::arguments::OutputArguments;
 
 /// Columns whose cells are longer are not filled up with spaces.
 const WIDEST: usize = 40;
@@ -84,13 +83,12 @@ impl Page {
     /// The file cannot be written.
     pub fn publish(
         &self,
-        out: &Path,
+        output: &OutputArguments,
         name: &str,
-        json: bool,
         results: &impl Serialize,
     ) -> Result<(), Failure> {
-        export::write(&out.join(format!("{name}.md")), self.text.as_bytes())?;
-        if json {
+        export::write(&output.out.join(format!("{name}.md")), self.text.as_bytes())?;
+        if output.json {
             println!("{}", serde_json::to_string_pretty(results)?);
         } else {
             print!("{}", self.text);

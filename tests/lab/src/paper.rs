@@ -17,7 +17,7 @@ pub use recipe::{Flipped, Objects, clicks, coarse, evenly, grid, grown, pixel_no
 use super::arguments::PaperArguments;
 use super::learnt::{spread, trained_surface};
 use super::truth::in_image;
-use super::{EvalError, SceneTruth, Scores};
+use super::{Failure, SceneTruth, Scores};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::Surface;
@@ -179,7 +179,7 @@ pub fn paper_experiments(
     seed: u64,
     classifier: Option<&PixelClassifier>,
     progress: &mut dyn FnMut(&str),
-) -> Result<Vec<PaperPoint>, EvalError> {
+) -> Result<Vec<PaperPoint>, Failure> {
     let truth = SceneTruth::read(scene)?;
     let classes = truth.classes();
     let image = |&frame: &usize| ImportedMap::new(frame, &truth.in_frame(scene, frame));
@@ -187,7 +187,7 @@ pub fn paper_experiments(
     let start = Instant::now();
     progress("finding the surface");
     let training = Duration::from_secs_f64(arguments.seconds);
-    let surface = trained_surface(scene, arguments.training.preset, training, seed)?;
+    let surface = trained_surface(scene, arguments.on.training.preset, training, seed)?;
     let found = Found {
         scene,
         truth: &truth,

@@ -63,8 +63,9 @@ pub const USUAL: Setting = Setting {
 pub struct Measured {
     /// The sweep.
     pub sweep: Sweep,
-    /// Rooms of the demo.
-    pub rooms: usize,
+    /// The capture and its labels.
+    #[serde(flatten)]
+    pub setting: Setting,
     /// What it cost.
     #[serde(flatten)]
     pub cost: Cost,
@@ -176,17 +177,23 @@ impl Sweep {
     }
 }
 
-impl Measured {
-    /// What is varied in its sweep; pixels of a frame in millions.
-    pub fn value(&self) -> f64 {
-        let cost = &self.cost;
-        match self.sweep {
-            Sweep::Frames => cost.frames as f64,
-            Sweep::Size => f64::from(cost.width) * f64::from(cost.height) / 1e6,
+impl Setting {
+    /// How much there is of what a sweep varies; pixels of a frame in millions.
+    pub fn of(&self, sweep: Sweep) -> f64 {
+        match sweep {
+            Sweep::Frames => self.frames as f64,
+            Sweep::Size => f64::from(self.width) * f64::from(self.height) / 1e6,
             Sweep::Rooms => self.rooms as f64,
-            Sweep::Classes => cost.classes as f64,
-            Sweep::Strokes => cost.strokes as f64,
+            Sweep::Classes => self.classes as f64,
+            Sweep::Strokes => self.strokes as f64,
         }
+    }
+}
+
+impl Measured {
+    /// How much there is of what is varied in its sweep.
+    pub fn value(&self) -> f64 {
+        self.setting.of(self.sweep)
     }
 }
 

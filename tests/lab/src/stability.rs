@@ -18,11 +18,11 @@ use std::time::Instant;
 use rand::{SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
-pub use trial::Settings;
 use trial::{Measured, Trial};
 
 use super::table::csv;
-use super::{EvalError, SceneTruth};
+use super::{Failure, SceneTruth, unusable_scene};
+use crate::arguments::StabilityArguments as Settings;
 use inplace_core::scene::{Scene, SceneSource};
 
 /// What a figure must be, at least.
@@ -36,7 +36,7 @@ pub enum Line {
     OfCleanWithoutDepth(f64),
 }
 
-type Disturb = dyn Fn(&mut Trial, &Settings, &mut SmallRng) -> Result<(), EvalError>;
+type Disturb = dyn Fn(&mut Trial, &Settings, &mut SmallRng) -> Result<(), Failure>;
 
 /// How a condition is tried.
 #[derive(Clone)]
@@ -44,7 +44,7 @@ enum Way {
     /// Something is disturbed, and the scene is labelled as ever.
     Disturb(Rc<Disturb>),
     /// A course of its own, with its figure.
-    Course(fn(&Trial, &Settings, &mut SmallRng) -> Result<Measured, EvalError>),
+    Course(fn(&Trial, &Settings, &mut SmallRng) -> Result<Measured, Failure>),
 }
 
 /// One place where such methods fail.
@@ -183,20 +183,18 @@ pub fn stability(
     scene: &Arc<Scene>,
     conditions: &[Condition],
     settings: &Settings,
-    seeds: u64,
     begins: &mut dyn FnMut(&str, u64),
     ended: &dyn Fn(&Outcome),
-) -> Result<Vec<Outcome>, EvalError> {
+) -> Result<Vec<Outcome>, Failure> {
     let truth = SceneTruth::read(scene)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
     let conditions = tried_on(scene, conditions)?;
     for condition in needed(&conditions) {
-        for run in 0..seeds {
-            let settings = Settings {
-                seed: settings.seed.wrapping_add(run),
-                ..*settings
-            };
-            begins(condition.name, settings.seed);
+        for run in 0..settings.seeds {
+            let mut settings = settings.clone();
+            let seed = &mut settings.training.reading.seed;
+            *seed = seed.wrapping_add(run);
+            begins(condition.name, *seed);
             let outcome = tried(scene, &truth, &condition, &settings, &outcomes);
             ended(&outcome);
             outcomes.push(outcome);
@@ -206,13 +204,13 @@ pub fn stability(
 }
 
 /// Those of the conditions that are tried on this scene.
-fn tried_on(scene: &Scene, conditions: &[Condition]) -> Result<Vec<Condition>, EvalError> {
+fn tried_on(scene: &Scene, conditions: &[Condition]) -> Result<Vec<Condition>, Failure> {
     let is_demo = scene.source == SceneSource::Demo;
     let all = conditions.iter().cloned();
     let tried: Vec<Condition> = all.filter(|condition| is_demo || !condition.demo_only).collect();
     if tried.is_empty() && !conditions.is_empty() {
         let rooms = "these conditions are rooms of their own in place of the demo; try them on \"demo\"";
-        return Err(EvalError::scene(scene, rooms));
+        return Err(unusable_scene(scene, rooms));
     }
     Ok(tried)
 }
@@ -240,12 +238,13 @@ fn tried(
     before: &[Outcome],
 ) -> Outcome {
     let start = Instant::now();
+    let seed = settings.training.reading.seed;
     // Every condition has random numbers of its own, whichever others are tried.
-    let own = condition.name.bytes().fold(settings.seed, |hash, byte| {
+    let own = condition.name.bytes().fold(seed, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     });
     let mut rng = SmallRng::seed_from_u64(own);
-    let mut trial = Trial::new(scene, truth, settings.seed);
+    let mut trial = Trial::new(scene, truth, seed);
     let measured = match &condition.way {
         Way::Disturb(disturb) => {
             disturb(&mut trial, settings, &mut rng).and_then(|()| trial.labelled(settings))
@@ -259,9 +258,9 @@ fn tried(
     Outcome {
         scene: scene.name(),
         condition: condition.name,
-        seed: settings.seed,
+        seed,
         figure,
-        line: least(condition.line, settings.seed, before),
+        line: least(condition.line, seed, before),
         told,
         wall_s: start.elapsed().as_secs_f64(),
     }

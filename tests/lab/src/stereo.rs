@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::EvalError;
+use super::Failure;
 use inplace_core::scene::reprojection::refine;
 use inplace_core::scene::{Frame, Scene};
 use inplace_core::stereo::{Size, Stage, StereoDepth, estimate};
@@ -45,7 +45,7 @@ pub struct StereoPoint {
 ///
 /// # Errors
 /// A scene without parallax, or whose files can no longer be read.
-pub fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<StereoPoint>, EvalError> {
+pub fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<StereoPoint>, Failure> {
     let start = Instant::now();
     let mut scene = scene.clone();
     if let Ok(refined) = refine(&scene, &|| true) {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{Affine3A, DVec3, Vec3};
+use glam::{Affine3A, Vec3};
 use inplace_core::field::Preset;
 use inplace_core::labels::{Class, ClassId};
 use inplace_core::scene::{
@@ -55,17 +55,7 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
             lens: None,
         }
     });
-    Scene {
-        source: SceneSource::Demo,
-        format: "test",
-        frames: frames.collect(),
-        origin: DVec3::ZERO,
-        unit: 1.0,
-        point_errors: None,
-        pose_refinement: None,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    Scene::new(SceneSource::Demo, "test", frames.collect())
 }
 
 /// Writes a capture named "wall" with the classes 1 and 2, in a folder that is removed in the end.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{ConfusionMatrix, EvalError, Scores};
+use super::{ConfusionMatrix, Failure, Scores, unusable_file, unusable_scene};
 use inplace_core::labels::{self, ClassId, VOID, decode_gray};
 use inplace_core::scene::{Frame, Scene, SceneSource, demo::Shot, frame_number, label_images};
 use inplace_core::semantics::FrameMap;
@@ -39,11 +39,11 @@ impl LabelImage {
     ///
     /// # Errors
     /// An image that cannot be read, or that is not one gray channel of ids.
-    pub fn read(images: &BTreeMap<u64, PathBuf>, stem: &str) -> Result<Option<Self>, EvalError> {
+    pub fn read(images: &BTreeMap<u64, PathBuf>, stem: &str) -> Result<Option<Self>, Failure> {
         let Some(path) = frame_number(stem).and_then(|number| images.get(&number)) else {
             return Ok(None);
         };
-        let unusable = |reason: String| EvalError::file(path, format!("is no label image: {reason}"));
+        let unusable = |reason: String| unusable_file(path, format!("is no label image: {reason}"));
         let bytes = fs::read(path).map_err(|error| unusable(error.to_string()))?;
         let (width, height, labels) = decode_gray(&bytes).map_err(|error| unusable(error.to_string()))?;
         Ok(Some(Self::new([width, height], labels)))
@@ -64,16 +64,16 @@ impl Split {
     ///
     /// # Errors
     /// A missing or unusable file, or a frame that is in both lists.
-    pub fn read(scene: &Path) -> Result<Self, EvalError> {
+    pub fn read(scene: &Path) -> Result<Self, Failure> {
         let path = scene.join("split.json");
         let expected = "it must hold {\"train\": [frame numbers], \"test\": [...]}";
         let text = fs::read_to_string(&path)
-            .map_err(|error| EvalError::file(&path, format!("cannot be read: {error}; {expected}")))?;
+            .map_err(|error| unusable_file(&path, format!("cannot be read: {error}; {expected}")))?;
         let split: Self = serde_json::from_str(&text)
-            .map_err(|error| EvalError::file(&path, format!("cannot be used: {error}; {expected}")))?;
+            .map_err(|error| unusable_file(&path, format!("cannot be used: {error}; {expected}")))?;
         match split.test.iter().find(|number| split.train.contains(number)) {
-            Some(both) => Err(EvalError::file(
-                path,
+            Some(both) => Err(unusable_file(
+                &path,
                 format!("frame {both} is both for training and for testing; take it out of one list"),
             )),
             None => Ok(split),
@@ -97,7 +97,7 @@ impl SceneTruth {
     ///
     /// # Errors
     /// A scene without ground truth for training or for testing, and unusable files.
-    pub fn read(scene: &Scene) -> Result<Self, EvalError> {
+    pub fn read(scene: &Scene) -> Result<Self, Failure> {
         let truth = match &scene.source {
             SceneSource::Demo => Self::of_demo(scene),
             SceneSource::Folder(folder) => {
@@ -113,7 +113,7 @@ impl SceneTruth {
                             "the label image of frame \"{}\" is {}x{} and the frame {}x{}; both must have one size",
                             frame.stem, own.0, own.1, size.width, size.height
                         );
-                        return Err(EvalError::scene(scene, reason));
+                        return Err(unusable_scene(scene, reason));
                     }
                     images.insert(index, image);
                 }
@@ -135,7 +135,7 @@ impl SceneTruth {
                 let reason = format!(
                     "none of the \"{of}\" frames of split.json has a label image in semantic_class; measure on a capture that has them"
                 );
-                return Err(EvalError::scene(scene, reason));
+                return Err(unusable_scene(scene, reason));
             }
         }
         Ok(truth)
@@ -156,7 +156,7 @@ impl SceneTruth {
     ///
     /// # Errors
     /// As [`scores`](Self::scores).
-    pub fn scores_of(&self, client: &Client, scene: &Scene) -> Result<Scores, EvalError> {
+    pub fn scores_of(&self, client: &Client, scene: &Scene) -> Result<Scores, Failure> {
         // All at once, as the session goes on meanwhile.
         let map = |&frame: &usize| Some((frame, client.map(frame)?));
         let maps: BTreeMap<usize, Arc<FrameMap>> = self.test.iter().filter_map(map).collect();
@@ -170,7 +170,7 @@ impl SceneTruth {
     ///
     /// # Errors
     /// As [`scores`](Self::scores).
-    pub fn scores_of_maps(&self, scene: &Scene, maps: Vec<Vec<ClassId>>) -> Result<Scores, EvalError> {
+    pub fn scores_of_maps(&self, scene: &Scene, maps: Vec<Vec<ClassId>>) -> Result<Scores, Failure> {
         let mut maps = self.test.iter().zip(maps);
         self.scores(&self.test, |_| {
             let map = maps.next();
@@ -194,20 +194,19 @@ impl SceneTruth {
     /// The scores of a label map for each of some frames, in pixels of their images on disk.
     ///
     /// # Errors
-    /// [`EvalError::Size`], and frames in which there is nothing to measure.
+    /// Maps of another size, and frames in which there is nothing to measure.
     pub fn scores(
         &self,
         frames: &[usize],
         mut map: impl FnMut(usize) -> Vec<ClassId>,
-    ) -> Result<Scores, EvalError> {
+    ) -> Result<Scores, Failure> {
         let mut matrix = ConfusionMatrix::default();
         for frame in frames {
             matrix.add(&self.images[frame].labels, &map(*frame))?;
         }
-        matrix.scores().ok_or_else(|| EvalError::Scene {
-            scene: "ground truth".to_owned(),
-            reason: "all pixels are void; measure on a capture with classes".to_owned(),
-        })
+        matrix
+            .scores()
+            .ok_or_else(|| "ground truth: all pixels are void; measure on a capture with classes".into())
     }
 }
 

@@ -16,16 +16,15 @@ const COLUMNS: &str = "scene clicks seed accuracy:4 frames places audits within_
 
 /// Measures every scene, writes `audit.csv`, and prints.
 pub fn run(arguments: &AuditArguments) -> Result<(), Failure> {
-    let out = &arguments.out;
-    begin(out, &arguments.scenes)?;
+    let out = &arguments.on.output.out;
+    begin(out, &arguments.on.scenes)?;
     let mut points = Vec::new();
     let progress = Progress::default();
-    for argument in &arguments.scenes {
+    for argument in &arguments.on.scenes {
         for &clicks in &arguments.clicks {
             for number in 0..arguments.seeds {
-                let mut options = arguments
-                    .training
-                    .session_options(SceneSource::from_argument(argument));
+                let source = SceneSource::from_argument(argument);
+                let mut options = arguments.on.training.session_options(source);
                 options.seed += number;
                 progress.show(format!(
                     "{}: {clicks} clicks, seed {}",
@@ -38,7 +37,7 @@ pub fn run(arguments: &AuditArguments) -> Result<(), Failure> {
         }
     }
     export::write(&out.join("audit.csv"), csv(&points, COLUMNS)?.as_bytes())?;
-    page(&points).publish(out, "audit", arguments.json, &points)
+    page(&points).publish(&arguments.on.output, "audit", &points)
 }
 
 fn page(points: &[AuditPoint]) -> Page {

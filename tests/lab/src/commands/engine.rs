@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use crate::{PathSpeed, Quantity, Reached, RunPoint, TARGETS, Variant, path_speeds, training_run};
-use inplace_core::cores;
 use inplace_core::export::{self, peak_memory};
 use inplace_core::field::{Preset, Recipe};
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
@@ -22,9 +21,9 @@ const PLAIN: &str = "candle";
 
 /// Measures, writes `engine.json` and, of what was trained, `engine.svg`, and prints.
 pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
-    let out = &arguments.out;
+    let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
-    let threads = arguments.threads.map_or(cores(), usize::from);
+    let threads = arguments.reading.threads();
     let progress = Progress::default();
     let mut paths = Vec::new();
     for table_log2 in TABLES.into_iter().filter(|_| arguments.rounds > 0) {
@@ -56,7 +55,7 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
         figure(arguments, threads, &runs).write(&out.join("engine.svg"))?;
         page.chart("How fast the engine is", "engine.svg");
     }
-    page.publish(out, "engine", arguments.json, &result)
+    page.publish(&arguments.output, "engine", &result)
 }
 
 fn runs(
@@ -77,15 +76,15 @@ fn runs(
     };
     for scene in &arguments.scenes {
         let source = SceneSource::from_argument(scene);
-        let options = |depth| OpenOptions {
-            depth,
-            ..OpenOptions::default()
-        };
-        let open = |depth| Scene::open(&source, options(depth), &|_, _| {});
-        let truth = open(true)?;
-        let seen = Arc::new(open(!arguments.no_depth)?);
+        let open = |options| Scene::open(&source, options, &|_, _| {});
+        let options = arguments.reading.open_options();
+        let truth = open(OpenOptions {
+            depth: true,
+            ..options
+        })?;
+        let seen = Arc::new(open(options)?);
         for run in 0..arguments.seeds {
-            let seed = arguments.seed.wrapping_add(run);
+            let seed = arguments.reading.seed.wrapping_add(run);
             for &variant in &variants {
                 progress.show(format!("{}, seed {seed}: {}", scene.display(), variant.0));
                 let measured =
@@ -224,7 +223,7 @@ fn add_reached(page: &mut Page, reached: &[Reached]) {
 
 /// `engine.svg`: how good each field is as it is trained.
 fn figure(arguments: &EngineArguments, threads: usize, runs: &[RunPoint]) -> Figure {
-    let first = arguments.seed;
+    let first = arguments.reading.seed;
     let seeds = match arguments.seeds {
         1 => format!("seed {first}"),
         count => {

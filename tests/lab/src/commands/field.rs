@@ -3,6 +3,7 @@
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::field::{COLUMNS, FieldPoint, marks, semantic_field};
 use crate::table::csv;
+use inplace_core::arguments::TrainingArguments;
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
@@ -14,19 +15,19 @@ use inplace_core::session::Progress;
 
 /// Measures every scene, writes `field.csv` and `field.svg`, and prints.
 pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
-    if arguments.training.preset == Preset::Reference {
+    if arguments.on.training.preset == Preset::Reference {
         return Err("the published network learns labels and colours at once; leave --preset away".into());
     }
-    let out = &arguments.out;
-    begin(out, &arguments.scenes)?;
+    let out = &arguments.on.output.out;
+    begin(out, &arguments.on.scenes)?;
     let marks = marks(arguments);
-    let threads = arguments.training.threads();
+    let threads = arguments.on.training.reading.threads();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut points = Vec::new();
-    for argument in &arguments.scenes {
+    for argument in &arguments.on.scenes {
         for run in 0..arguments.seeds {
             let source = SceneSource::from_argument(argument);
-            let mut session = arguments.training.session_options(source);
+            let mut session = arguments.on.training.session_options(source);
             session.seed = session.seed.wrapping_add(run);
             let seed = session.seed;
             let measured = pool.install(|| {
@@ -40,7 +41,7 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
     }
     export::write(&out.join("field.csv"), csv(&points, COLUMNS)?.as_bytes())?;
     figure(arguments, threads, &marks, &points).write(&out.join("field.svg"))?;
-    page(&marks, &points).publish(out, "field", arguments.json, &points)
+    page(&marks, &points).publish(&arguments.on.output, "field", &points)
 }
 
 /// The points of one answer at a time; those that do not change are there at all times.
@@ -86,15 +87,15 @@ fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[F
             series.collect(),
         )
     };
-    let training = &arguments.training;
+    let TrainingArguments { preset, reading } = &arguments.on.training;
     Figure {
         title: "What the semantic field renders, beside what the surface says".to_owned(),
         subtitle: format!(
             "{}{} preset, {threads} threads; median and range over {} from {}; every {} pixels along each axis",
-            if training.no_depth { "without depth; " } else { "" },
-            training.preset.name(),
+            if reading.no_depth { "without depth; " } else { "" },
+            preset.name(),
             counted(arguments.seeds, "seed"),
-            training.seed,
+            reading.seed,
             arguments.stride,
         ),
         rows: grouped(points, |point| point.scene.clone())

@@ -16,14 +16,14 @@ const TARGETS: (f64, f64) = (100.0, 2000.0);
 
 /// Measures every scene, writes `latency.json` and `latency.svg`, and prints.
 pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
-    let training = &arguments.training;
+    let training = &arguments.on.training;
     if training.preset == Preset::Reference {
         return Err("the published network has no maps while it trains; leave --preset away".into());
     }
-    let out = &arguments.out;
-    begin(out, &arguments.scenes)?;
+    let out = &arguments.on.output.out;
+    begin(out, &arguments.on.scenes)?;
     let mut measured = Vec::new();
-    for argument in &arguments.scenes {
+    for argument in &arguments.on.scenes {
         let options = training.session_options(SceneSource::from_argument(argument));
         let progress = Progress::default();
         let clicks = (arguments.clicks.into(), arguments.objects.into());
@@ -37,7 +37,7 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
     };
     export::write_json(&out.join("latency.json"), &result)?;
     figure(training.preset, &measured).write(&out.join("latency.svg"))?;
-    page(&measured).publish(out, "latency", arguments.json, &result)
+    page(&measured).publish(&arguments.on.output, "latency", &result)
 }
 
 fn page(measured: &[Latency]) -> Page {

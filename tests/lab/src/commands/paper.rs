@@ -17,30 +17,30 @@ use inplace_core::session::Progress;
 
 /// Runs the experiments on every scene, writes `paper.csv`, and prints.
 pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
-    let training = &arguments.training;
+    let training = &arguments.on.training;
     if training.preset == Preset::Reference {
         return Err("the published network cannot learn from label images here; leave --preset away".into());
     }
-    let out = &arguments.out;
-    begin(out, &arguments.scenes)?;
-    let threads = training.threads();
+    let out = &arguments.on.output.out;
+    begin(out, &arguments.on.scenes)?;
+    let threads = training.reading.threads();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let open = |argument: &Path| -> Result<Arc<Scene>, Failure> {
         let source = SceneSource::from_argument(argument);
-        let scene = Scene::open(&source, training.open_options(), &|_, _| {})?;
+        let scene = Scene::open(&source, training.reading.open_options(), &|_, _| {})?;
         Ok(Arc::new(scene))
     };
     let taught_by = arguments.train_on.iter().map(|argument| open(argument));
     let taught_by = taught_by.collect::<Result<Vec<Arc<Scene>>, Failure>>()?;
     let mut points = Vec::new();
-    for argument in &arguments.scenes {
+    for argument in &arguments.on.scenes {
         let scene = open(argument)?;
         if taught_by.iter().any(|other| other.source == scene.source) {
             let name = argument.display();
             return Err(format!("{name}: is in --train-on; predictions are for other scenes").into());
         }
         for run in 0..arguments.seeds {
-            let seed = training.seed.wrapping_add(run);
+            let seed = training.reading.seed.wrapping_add(run);
             let measured = pool.install(|| -> Result<Vec<PaperPoint>, Failure> {
                 let progress = Progress::default();
                 let name = argument.display();
@@ -65,7 +65,7 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
         }
     }
     export::write(&out.join("paper.csv"), csv(&points, COLUMNS)?.as_bytes())?;
-    page(&points).publish(out, "paper", arguments.json, &points)
+    page(&points).publish(&arguments.on.output, "paper", &points)
 }
 
 /// What the predictions are, in a sentence.

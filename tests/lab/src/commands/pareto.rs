@@ -11,8 +11,7 @@ use crate::pareto::{
 };
 use crate::simulate::Baseline;
 use crate::table::csv;
-use inplace_core::arguments::TrainingArguments;
-use inplace_core::cores;
+use inplace_core::arguments::ReadingArguments;
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
@@ -62,9 +61,9 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
         let run = runs.get(run).ok_or("there are not so many runs")?;
         return measure(arguments, run);
     }
-    let out = &arguments.out;
+    let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
-    let threads = arguments.threads.map_or(cores(), usize::from);
+    let threads = arguments.reading.threads();
     let mut results = Results::default();
     let progress = Progress::default();
     for (number, run) in runs.iter().enumerate() {
@@ -111,7 +110,7 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
         "capacity": results.capacity,
         "capacity_verdicts": verdict::capacity_verdicts(&results.capacity),
     });
-    verdict::page(&results, &verdicts).publish(out, "pareto", arguments.json, &result)
+    verdict::page(&results, &verdicts).publish(&arguments.output, "pareto", &result)
 }
 
 /// The presets and then the baselines, each once.
@@ -133,7 +132,7 @@ fn runs(arguments: &ParetoArguments) -> Vec<Run<'_>> {
         for number in 0..arguments.seeds {
             let run = |method, parts, factor| Run {
                 scene,
-                seed: arguments.seed.wrapping_add(number),
+                seed: arguments.reading.seed.wrapping_add(number),
                 method,
                 parts,
                 factor,
@@ -157,15 +156,12 @@ fn measure(arguments: &ParetoArguments, run: &Run<'_>) -> Result<(), Failure> {
     let mut marks = arguments.marks.clone();
     marks.sort_by(f64::total_cmp);
     marks.dedup();
-    let training = TrainingArguments {
-        preset: Preset::Auto,
-        no_depth: arguments.no_depth,
-        outside_files: arguments.outside_files,
-        threads: arguments.threads,
+    let reading = ReadingArguments {
         seed: run.seed,
+        ..arguments.reading
     };
     let run = ParetoRun {
-        session: training.session_options(SceneSource::from_argument(run.scene)),
+        session: reading.session_options(SceneSource::from_argument(run.scene), Preset::Auto),
         method: run.method,
         clicks: arguments.clicks.into(),
         marks,

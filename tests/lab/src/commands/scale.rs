@@ -3,7 +3,6 @@
 mod captures;
 
 use crate::scale::{Exponent, Measured, QUANTITIES, SECONDS, Setting, Sweep, USUAL, exponents, table};
-use inplace_core::cores;
 use inplace_core::export;
 use serde_json::json;
 
@@ -23,9 +22,9 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
     if let Some(capture) = &arguments.cost_of {
         return captures::print_cost(arguments, capture);
     }
-    let out = &arguments.out;
+    let out = &arguments.output.out;
     export::prepare(out, &[])?;
-    let threads = arguments.threads.map_or(cores(), usize::from);
+    let (threads, seed) = (arguments.reading.threads(), arguments.reading.seed);
     let (width, height) = arguments.at_size;
     let base = Setting {
         width,
@@ -34,12 +33,12 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
     };
     let settings = |sweep: Sweep| sweep.settings(base, arguments);
     let sweeps = arguments.sweeps.iter().copied();
-    let costs = captures::measure(&sweeps.clone().flat_map(settings).collect(), arguments.seed)?;
+    let costs = captures::measure(&sweeps.clone().flat_map(settings).collect(), seed)?;
     let mut measured = Vec::new();
     for sweep in sweeps {
         measured.extend(settings(sweep).into_iter().map(|setting| Measured {
             sweep,
-            rooms: setting.rooms,
+            setting,
             cost: costs[&setting],
         }));
     }
@@ -49,7 +48,7 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
         "machine": processor(),
         "threads": threads,
         "training_s": arguments.seconds,
-        "seed": arguments.seed,
+        "seed": seed,
         "base": base,
         "measured": measured,
         "exponents": exponents,
@@ -57,7 +56,7 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
     export::write_json(&out.join("scale.json"), &result)?;
     export::write(&out.join("scale.csv"), table(&measured)?.as_bytes())?;
     figure(base, threads, &measured, &exponents).write(&out.join("scale.svg"))?;
-    page(&measured, &exponents).publish(out, "scale", arguments.json, &result)
+    page(&measured, &exponents).publish(&arguments.output, "scale", &result)
 }
 
 fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
@@ -66,14 +65,14 @@ fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
         "Seconds until a capture of the demo room is open, until its surface is known, from the strokes to the map of \
          the frame in view and to those of all frames, and from one more click to all maps again.",
     );
-    let rows = measured.iter().map(|Measured { sweep, rooms, cost }| {
+    let rows = measured.iter().map(|Measured { sweep, setting, cost }| {
         vec![
             sweep.name().to_owned(),
-            cost.frames.to_string(),
-            format!("{} x {}", cost.width, cost.height),
-            rooms.to_string(),
-            cost.classes.to_string(),
-            cost.strokes.to_string(),
+            setting.frames.to_string(),
+            format!("{} x {}", setting.width, setting.height),
+            setting.rooms.to_string(),
+            setting.classes.to_string(),
+            setting.strokes.to_string(),
             format!("{:.2}", cost.opening_s),
             format!("{:.2}", cost.surface_s),
             format!("{:.3}", cost.map_in_view_s),
@@ -159,7 +158,7 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
         Series::new(named(quantity, sweep, quantity, exponents), points)
     });
     let first = measured.iter().find(|one| one.sweep == sweep);
-    let strokes = first.map_or(0, |one| one.cost.strokes);
+    let strokes = first.map_or(0, |one| one.setting.strokes);
     let (title, label) = match sweep {
         Sweep::Frames => ("By frames", "frames".to_owned()),
         Sweep::Size => ("By image size", "megapixels a frame".to_owned()),
@@ -177,20 +176,13 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
 
 /// Peak memory over multiples of what there is of everything where nothing is varied.
 fn memory(sweeps: &[Sweep], base: Setting, measured: &[Measured], exponents: &[Exponent]) -> Panel {
-    let usual = |sweep: Sweep| match sweep {
-        Sweep::Frames => base.frames as f64,
-        Sweep::Size => f64::from(base.width) * f64::from(base.height) / 1e6,
-        Sweep::Rooms => base.rooms as f64,
-        Sweep::Classes => base.classes as f64,
-        Sweep::Strokes => base.strokes as f64,
-    };
     let gigabytes = |one: &Measured| {
         let bytes = one.cost.peak_memory_bytes;
         bytes.map_or(f64::NAN, |bytes| bytes as f64 / 1e9)
     };
     let series = sweeps.iter().map(|&sweep| {
         let own = measured.iter().filter(|one| one.sweep == sweep);
-        let points = ascending(own.map(|one| Point::new(one.value() / usual(sweep), gigabytes(one))));
+        let points = ascending(own.map(|one| Point::new(one.value() / base.of(sweep), gigabytes(one))));
         Series::new(named(sweep.name(), sweep, MEMORY, exponents), points)
     });
     Panel::new(

@@ -7,6 +7,7 @@ use crate::simulate::{
 };
 use crate::table::csv;
 use crate::{Calibration, mean};
+use inplace_core::arguments::TrainingArguments;
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
@@ -24,7 +25,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     if arguments.training.preset == Preset::Reference {
         return Err("the published network learns a scene for each set of labels; measure it with `inplace label --preset reference`".into());
     }
-    let out = &arguments.out;
+    let out = &arguments.output.out;
     export::prepare(out, &[])?;
     let source = SceneSource::from_argument(&arguments.scene);
     let session = arguments.training.session_options(source);
@@ -40,7 +41,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
              class that names no object. {}: means over {} from {}.",
             points.first().map_or("", |point| point.scene.as_str()),
             counted(arguments.seeds, "seed"),
-            arguments.training.seed,
+            arguments.training.reading.seed,
         ));
         page.table(
             "policy | clicks an object | clicks | IoU | of things | of stuff | PQ of things | SQ | RQ | PQ of stuff | \
@@ -52,7 +53,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
              clicks.",
         );
         page.table("policy | to 0.80 | to 0.85 | to 0.90", &click_rows(&points));
-        return page.publish(out, "objects", arguments.json, &points);
+        return page.publish(&arguments.output, "objects", &points);
     }
     let points = simulate(arguments, &session, &mut |line| progress.show(line))?;
     drop(progress);
@@ -61,7 +62,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let rows = calibration_table(&points)?;
     export::write(&out.join("calibration.csv"), rows.as_bytes())?;
     reliability(arguments, threads, &points).write(&out.join("calibration.svg"))?;
-    page(arguments, threads, &points).publish(out, "results", arguments.json, &points)
+    page(arguments, threads, &points).publish(&arguments.output, "results", &points)
 }
 
 /// A row for each policy and number of clicks: means over the seeds, and ranges.
@@ -167,8 +168,8 @@ fn conditions(
     points: &[SimulatedPoint],
     what: &str,
 ) -> String {
-    let training = &arguments.training;
-    let depth = if training.no_depth { " without depth" } else { "" };
+    let TrainingArguments { preset, reading } = &arguments.training;
+    let depth = if reading.no_depth { " without depth" } else { "" };
     let answer = match arguments.settle {
         0.0 => "the surface graph alone".to_owned(),
         settle => format!("maps measured at most {settle} s after a batch of clicks"),
@@ -176,9 +177,9 @@ fn conditions(
     format!(
         "{}{depth}; {} preset, {threads} threads; {what} over {} from {}; {answer}",
         points.first().map_or("", |point| point.scene.as_str()),
-        training.preset.name(),
+        preset.name(),
         counted(arguments.seeds, "seed"),
-        training.seed,
+        reading.seed,
     )
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::stability::{Condition, Outcome, Settings, conditions, stability, table};
+use crate::stability::{Condition, Outcome, conditions, stability, table};
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
@@ -19,16 +19,8 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
     if training.preset == Preset::Reference {
         return Err("the published network has no maps while it trains; leave --preset away".into());
     }
-    let out = &arguments.out;
+    let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
-    let settings = Settings {
-        preset: training.preset,
-        threads: training.threads(),
-        seed: training.seed,
-        seconds: arguments.seconds,
-        seconds_without_depth: arguments.seconds_without_depth,
-        long_seconds: arguments.long_seconds,
-    };
     let wanted = |condition: &Condition| {
         if arguments.conditions.is_empty() {
             condition.quick || !arguments.quick
@@ -40,7 +32,7 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
     let mut outcomes = Vec::new();
     for argument in &arguments.scenes {
         let source = SceneSource::from_argument(argument);
-        let scene = Arc::new(Scene::open(&source, training.open_options(), &|_, _| {})?);
+        let scene = Arc::new(Scene::open(&source, training.reading.open_options(), &|_, _| {})?);
         let progress = Progress::default();
         let mut begins = |name: &str, seed| {
             progress.show(format!("{}, seed {seed}: {name}", argument.display()));
@@ -50,11 +42,11 @@ pub fn run(arguments: &StabilityArguments) -> Result<(), Failure> {
                 eprintln!("{}", missed(outcome));
             }
         };
-        let tried = stability(&scene, &wanted, &settings, arguments.seeds, &mut begins, &ended)?;
+        let tried = stability(&scene, &wanted, arguments, &mut begins, &ended)?;
         outcomes.extend(tried);
     }
     export::write(&out.join("stability.csv"), table(&outcomes)?.as_bytes())?;
-    page(&settings, arguments.seeds, &outcomes).publish(out, "stability", arguments.json, &outcomes)?;
+    page(arguments, &outcomes).publish(&arguments.output, "stability", &outcomes)?;
     let failed = rows(&outcomes).into_iter().filter(|row| !row.is_met);
     let failed: Vec<&str> = failed.map(|row| row.condition.name).collect();
     if failed.is_empty() {
@@ -121,7 +113,8 @@ fn rows(outcomes: &[Outcome]) -> Vec<Row<'_>> {
 }
 
 /// What is tried and what came of it: docs/stability.md.
-fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
+fn page(arguments: &StabilityArguments, outcomes: &[Outcome]) -> Page {
+    let reading = &arguments.training.reading;
     let mut page = Page::default();
     page.heading(1, "Stability");
     page.paragraph(
@@ -135,12 +128,12 @@ fn page(settings: &Settings, seeds: u64, outcomes: &[Outcome]) -> Page {
     page.paragraph(&format!(
         "{}, {} threads; seeds {} to {}; {} s of training at most with depth, {} s without, {} s where it is long.",
         processor(),
-        settings.threads,
-        settings.seed,
-        settings.seed.wrapping_add(seeds - 1),
-        settings.seconds,
-        settings.seconds_without_depth,
-        settings.long_seconds
+        reading.threads(),
+        reading.seed,
+        reading.seed.wrapping_add(arguments.seeds - 1),
+        arguments.seconds,
+        arguments.seconds_without_depth,
+        arguments.long_seconds
     ));
     let rows = rows(outcomes);
     let missed: Vec<&Row<'_>> = rows.iter().filter(|row| !row.is_met).collect();

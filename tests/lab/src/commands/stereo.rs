@@ -1,8 +1,7 @@
 //! `inplace-lab bench stereo`: depth from colours alone, beside measured depth.
 
-use inplace_core::cores;
 use inplace_core::export;
-use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::session::Progress;
 
 use super::{Failure, begin};
@@ -17,24 +16,20 @@ const COLUMNS: &str =
 
 /// Measures every scene, writes `stereo.csv`, and prints.
 pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
-    let out = &arguments.out;
+    let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
-    let threads = arguments.threads.map_or(cores(), usize::from);
+    let threads = arguments.reading.threads();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut points = Vec::new();
     for argument in &arguments.scenes {
         let source = SceneSource::from_argument(argument);
-        let options = OpenOptions {
-            outside_files: arguments.outside_files,
-            ..OpenOptions::default()
-        };
-        let scene = Scene::open(&source, options, &|_, _| {})?;
+        let scene = Scene::open(&source, arguments.reading.open_options(), &|_, _| {})?;
         let progress = Progress::default();
         let told = |share: f32| progress.show_share(argument.display().to_string(), share);
         points.extend(pool.install(|| stereo_depth(&scene, &told))?);
     }
     export::write(&out.join("stereo.csv"), csv(&points, COLUMNS)?.as_bytes())?;
-    page(threads, &points).publish(out, "stereo", arguments.json, &points)
+    page(threads, &points).publish(&arguments.output, "stereo", &points)
 }
 
 fn page(threads: usize, points: &[StereoPoint]) -> Page {

@@ -15,7 +15,7 @@ use super::{Found, PaperPoint, evenly};
 use crate::learnt::{NodeLabels, spread};
 use crate::pixels::{FilterBank, Forest, RESPONSES, Sample};
 use crate::truth::in_image;
-use crate::{EvalError, SceneTruth};
+use crate::{Failure, SceneTruth, unusable_scene};
 use inplace_core::labels::{Class, ClassId, ImportedLabels, ImportedMap, Trust, VOID, read_class_list};
 use inplace_core::scene::{Frame, Scene, SceneSource, demo};
 use inplace_core::semantics::{NO_NODE, Surface};
@@ -47,7 +47,7 @@ impl PixelClassifier {
     ///
     /// # Errors
     /// A scene without ground truth or without `classes.json`.
-    pub fn learn(scenes: &[Arc<Scene>], seed: u64) -> Result<Self, EvalError> {
+    pub fn learn(scenes: &[Arc<Scene>], seed: u64) -> Result<Self, Failure> {
         let mut names: Vec<String> = Vec::new();
         let mut samples: Vec<Sample<FEATURES>> = Vec::new();
         for (number, scene) in scenes.iter().enumerate() {
@@ -73,7 +73,7 @@ impl PixelClassifier {
     ///
     /// # Errors
     /// A scene without `classes.json`, or of which it knows no class.
-    pub fn known(&self, scene: &Scene) -> Result<Vec<(ClassId, String, ClassId)>, EvalError> {
+    pub fn known(&self, scene: &Scene) -> Result<Vec<(ClassId, String, ClassId)>, Failure> {
         let known = class_names(scene)?.into_iter().filter_map(|(id, name)| {
             let index = self.names.iter().position(|own| *own == name)?;
             Some((id, name, index as ClassId + 1))
@@ -82,7 +82,7 @@ impl PixelClassifier {
         if known.is_empty() {
             let scenes = self.scenes.join(", ");
             let reason = format!("none of its classes is in {scenes}; teach on others");
-            return Err(EvalError::scene(scene, reason));
+            return Err(unusable_scene(scene, reason));
         }
         Ok(known)
     }
@@ -123,11 +123,10 @@ fn features(bank: &FilterBank, x: usize, y: usize) -> [f32; FEATURES] {
 }
 
 /// Names of a scene's classes, in lower case, in the order of the ids.
-fn class_names(scene: &Scene) -> Result<Vec<(ClassId, String)>, EvalError> {
+fn class_names(scene: &Scene) -> Result<Vec<(ClassId, String)>, Failure> {
     let mut classes = match &scene.source {
         SceneSource::Demo => demo::classes(),
-        SceneSource::Folder(folder) => read_class_list(&folder.join("classes.json"))
-            .map_err(|error| EvalError::Session(error.to_string()))?,
+        SceneSource::Folder(folder) => read_class_list(&folder.join("classes.json"))?,
     };
     classes.sort_by_key(|class| class.id);
     let named = |class: Class| (class.id, class.name.trim().to_lowercase());
@@ -244,7 +243,7 @@ pub(super) fn run(
     found: &Found<'_>,
     classifier: &PixelClassifier,
     progress: &mut dyn FnMut(&str),
-) -> Result<Vec<PaperPoint>, EvalError> {
+) -> Result<Vec<PaperPoint>, Failure> {
     let (scene, surface) = (found.scene, found.surface);
     progress("fusion: predicting");
     let known = classifier.known(scene)?;

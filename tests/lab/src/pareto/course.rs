@@ -7,7 +7,7 @@ use super::{Method, MethodRun, ParetoPoint, Part, Stop};
 use crate::learnt::{learn, pool, surface};
 use crate::simulate::baseline::{Task, published_course};
 use crate::simulate::{Annotator, Baseline, Click, Policy};
-use crate::{EvalError, SceneTruth};
+use crate::{Failure, SceneTruth, unusable_scene};
 use inplace_core::export::peak_memory;
 use inplace_core::field::{Preset, Trainer};
 use inplace_core::labels::{ClassId, LabelSet};
@@ -48,11 +48,9 @@ impl ParetoRun {
     ///
     /// # Errors
     /// A scene that cannot be read, or without ground truth; a run without marks, and whatever stops a session.
-    pub fn measure(&self) -> Result<MethodRun, EvalError> {
+    pub fn measure(&self) -> Result<MethodRun, Failure> {
         let Some(&last) = self.marks.last() else {
-            return Err(EvalError::Session(
-                "there is no mark to measure at; give one".into(),
-            ));
+            return Err("there is no mark to measure at; give one".into());
         };
         let last = Duration::from_secs_f64(last);
         let prepared = self.prepared()?;
@@ -68,7 +66,7 @@ impl ParetoRun {
         }
     }
 
-    fn prepared(&self) -> Result<Prepared, EvalError> {
+    fn prepared(&self) -> Result<Prepared, Failure> {
         let options = &self.session;
         let scene = Scene::open(&options.source, options.open, &|_, _| {})?;
         let truth = SceneTruth::read(&scene)?;
@@ -84,7 +82,7 @@ impl ParetoRun {
     }
 
     /// A session that is paused while it is measured.
-    fn of_session(&self, preset: Preset, prepared: &Prepared) -> Result<MethodRun, EvalError> {
+    fn of_session(&self, preset: Preset, prepared: &Prepared) -> Result<MethodRun, Failure> {
         let start = Instant::now();
         let mut run = Client::start(SessionOptions {
             preset,
@@ -134,7 +132,7 @@ impl ParetoRun {
         (part, factor): (Part, f32),
         prepared: &Prepared,
         last: Duration,
-    ) -> Result<MethodRun, EvalError> {
+    ) -> Result<MethodRun, Failure> {
         let start = Instant::now();
         let of = |own: Part| if own == part { factor } else { 1.0 };
         pool(self.session.threads)?.install(|| {
@@ -154,7 +152,7 @@ impl ParetoRun {
     }
 
     /// The published network has no maps before it stops training: they are measured once, at the last mark.
-    fn of_reference(&self, prepared: &Prepared, last: Duration) -> Result<MethodRun, EvalError> {
+    fn of_reference(&self, prepared: &Prepared, last: Duration) -> Result<MethodRun, Failure> {
         let start = Instant::now();
         let (run, scene) = published_course(&self.session, &prepared.labels, last)?;
         let point = self.point(&scene, prepared, &run, start.elapsed().as_secs_f64())?;
@@ -168,7 +166,7 @@ impl ParetoRun {
         baseline: Baseline,
         prepared: &Prepared,
         last: Duration,
-    ) -> Result<MethodRun, EvalError> {
+    ) -> Result<MethodRun, Failure> {
         let start = Instant::now();
         let pool = pool(self.session.threads)?;
         let (scene, surface): (Arc<Scene>, Arc<Surface>) = if baseline == Baseline::Pixels {
@@ -186,7 +184,7 @@ impl ParetoRun {
             let map = run.map(0);
             let surface = map.and_then(|map| map.surface().map(|(surface, _)| Arc::clone(surface)));
             let none = "no surface was found in this time; give later marks";
-            let surface = surface.ok_or_else(|| EvalError::scene(&scene, none))?;
+            let surface = surface.ok_or_else(|| unusable_scene(&scene, none))?;
             (scene, surface)
         };
         let task = Task {
@@ -211,7 +209,7 @@ impl ParetoRun {
         surface: &Surface,
         maps: Vec<Vec<ClassId>>,
         trainer: Option<&Trainer>,
-    ) -> Result<MethodRun, EvalError> {
+    ) -> Result<MethodRun, Failure> {
         let wall_s = start.elapsed().as_secs_f64();
         let peak_mb = megabytes(peak_memory());
         let held_out = trainer.and_then(Trainer::error);
@@ -242,7 +240,7 @@ impl ParetoRun {
         prepared: &Prepared,
         run: &Client,
         wall_s: f64,
-    ) -> Result<ParetoPoint, EvalError> {
+    ) -> Result<ParetoPoint, Failure> {
         // Before the maps are looked up, which takes memory of its own.
         let peak_mb = megabytes(peak_memory());
         let status = &run.status();

@@ -7,7 +7,7 @@ use rand::{SeedableRng, rngs::SmallRng, seq::SliceRandom};
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 
-use crate::EvalError;
+use crate::Failure;
 use inplace_core::labels::{Class, ClassId, LabelSet, Pixel, Stroke, VOID};
 use inplace_core::scene::{Scene, SceneError};
 
@@ -37,17 +37,17 @@ struct Candidate {
 /// `truth` gives the true classes of a frame's pixels, row-major `[height, width]`. The frames need depth.
 ///
 /// # Errors
-/// [`EvalError::Scene`] when the scene shows too little for so many classes or clicks; images that cannot be read.
+/// When the scene shows too little for so many classes or clicks; images that cannot be read.
 pub fn scattered(
     scene: &Scene,
     truth: &(dyn Fn(usize) -> Vec<ClassId> + Sync),
     classes: usize,
     clicks: usize,
     seed: u64,
-) -> Result<LabelSet, EvalError> {
-    let too_little = |what: String| EvalError::Scene {
-        scene: scene.name(),
-        reason: format!("there are too few {what}; measure with fewer, or in more frames"),
+) -> Result<LabelSet, Failure> {
+    let too_little = |what: String| -> Failure {
+        let scene = scene.name();
+        format!("{scene}: there are too few {what}; measure with fewer, or in more frames").into()
     };
     let mut candidates = candidates(scene, truth)?;
     let mut pieces: Vec<Piece> = candidates.iter().map(|candidate| candidate.piece).collect();
@@ -81,7 +81,7 @@ pub fn scattered(
 fn candidates(
     scene: &Scene,
     truth: &(dyn Fn(usize) -> Vec<ClassId> + Sync),
-) -> Result<Vec<Candidate>, EvalError> {
+) -> Result<Vec<Candidate>, Failure> {
     let count = scene.frames.len().min(FRAMES);
     let of = |index: usize| of_frame(scene, index * scene.frames.len() / count, truth);
     let of_frames: Result<Vec<_>, SceneError> = (0..count).into_par_iter().map(of).collect();

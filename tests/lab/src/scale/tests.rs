@@ -3,18 +3,12 @@ use std::collections::BTreeMap;
 use clap::Parser;
 
 use super::*;
-use crate::EvalError;
 use crate::arguments::{Arguments, Bench, Command};
 use inplace_core::scene::demo::Shot;
 
-/// What a capture of so many frames costs where opening takes `seconds`.
-fn cost(frames: usize, seconds: f64) -> Cost {
+/// What a capture costs where opening takes `seconds`.
+fn cost(seconds: f64) -> Cost {
     Cost {
-        frames,
-        width: 320,
-        height: 240,
-        classes: 20,
-        strokes: 60,
         opening_s: seconds,
         surface_s: 1.0,
         all_maps_s: 0.2,
@@ -57,13 +51,13 @@ fn an_exponent_is_that_of_the_upper_half_where_that_varies() {
 fn each_sweep_has_the_exponents_of_its_own_measurements() {
     let frames = [10, 20, 40].map(|frames| Measured {
         sweep: Sweep::Frames,
-        rooms: 1,
-        cost: cost(frames, (frames as f64).powi(2)),
+        setting: Setting { frames, ..USUAL },
+        cost: cost((frames as f64).powi(2)),
     });
     let rooms = [1, 2].map(|rooms| Measured {
         sweep: Sweep::Rooms,
-        rooms,
-        cost: cost(10, 3.0),
+        setting: Setting { rooms, ..USUAL },
+        cost: cost(3.0),
     });
     let all = exponents(&[&frames[..], &rooms[..]].concat());
     let opening = |sweep: Sweep| {
@@ -158,7 +152,7 @@ fn a_scene_that_shows_too_little_is_refused_with_a_sentence() {
     let shot = shot(2, [16, 16]);
     let scene = shot.scene(&|_, _| {});
     for (classes, strokes) in [(5000, 10), (2, 100_000)] {
-        let refused = scattered(&scene, &shot.labels(), classes, strokes, 0);
-        assert!(matches!(refused, Err(EvalError::Scene { .. })), "{refused:?}");
+        let refused = scattered(&scene, &shot.labels(), classes, strokes, 0).unwrap_err();
+        assert!(refused.to_string().contains("there are too few "), "{refused}");
     }
 }

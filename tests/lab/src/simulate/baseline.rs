@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 
 use super::Click;
-use crate::EvalError;
+use crate::Failure;
 use crate::learnt::NodeLabels;
 use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, LabelSet, VOID};
@@ -74,7 +74,7 @@ impl Baseline {
     ///
     /// # Errors
     /// Whatever stops the session of the published network; of the others none on the CPU.
-    pub(crate) fn maps(self, task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, EvalError> {
+    pub(crate) fn maps(self, task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, Failure> {
         let (scene, surface, frames, seed) = (task.scene, task.surface, task.frames, task.options.seed);
         let with_class = |click: &Click| click.class != VOID;
         let clicks: Vec<Click> = task.clicks.iter().copied().filter(with_class).collect();
@@ -120,7 +120,7 @@ fn on_surface(surface: &Surface, frames: &[usize], classes: NodeLabels) -> Vec<V
 }
 
 /// The maps of the task's frames when its time is over; the coarsest ones always come.
-fn published(task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, EvalError> {
+fn published(task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, Failure> {
     let (run, _) = published_course(task.options, &task.labels, task.wall)?;
     let map = |&frame: &usize| {
         let map = run.map(frame);
@@ -134,7 +134,7 @@ pub(crate) fn published_course(
     options: &SessionOptions,
     labels: &LabelSet,
     wall: Duration,
-) -> Result<(Client, Arc<Scene>), EvalError> {
+) -> Result<(Client, Arc<Scene>), Failure> {
     let start = Instant::now();
     let mut run = Client::start(SessionOptions {
         preset: Preset::Reference,

@@ -8,7 +8,7 @@ use super::baseline::Task;
 use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
 use crate::arguments::SimulateArguments;
 use crate::learnt::{learn, pool, surface};
-use crate::{Calibration, EvalError, SceneTruth, Scores};
+use crate::{Calibration, Failure, SceneTruth, Scores};
 use inplace_core::guide::Suggestion;
 use inplace_core::scene::Scene;
 use inplace_core::semantics::FrameMap;
@@ -23,10 +23,10 @@ pub fn simulate(
     experiment: &SimulateArguments,
     session: &SessionOptions,
     progress: &mut dyn FnMut(&str),
-) -> Result<Vec<SimulatedPoint>, EvalError> {
+) -> Result<Vec<SimulatedPoint>, Failure> {
     if experiment.baselines.contains(&Baseline::Reference) && !experiment.policies.contains(&Policy::Random) {
         let random = "the published network gets the time that labelling took with the policy random; simulate that, too";
-        return Err(EvalError::Session(random.to_owned()));
+        return Err(random.into());
     }
     let mut points = Vec::new();
     for run in 0..experiment.seeds {
@@ -101,7 +101,7 @@ impl Run<'_> {
         &self,
         own: &[SimulatedPoint],
         progress: &mut dyn FnMut(&str),
-    ) -> Result<Vec<SimulatedPoint>, EvalError> {
+    ) -> Result<Vec<SimulatedPoint>, Failure> {
         let (options, scene, test) = (self.options, self.scene, &self.truth.test);
         let Some(state) = &options.state else {
             return Ok(Vec::new());
@@ -171,7 +171,7 @@ struct Open {
 }
 
 impl Open {
-    fn new(options: SessionOptions) -> Result<Self, EvalError> {
+    fn new(options: SessionOptions) -> Result<Self, Failure> {
         let mut run = Client::start(options);
         Ok(Self {
             scene: run.opened()?,
@@ -187,7 +187,7 @@ impl Open {
         run: &Run<'_>,
         policy: Policy,
         progress: &mut dyn FnMut(&str),
-    ) -> Result<Vec<SimulatedPoint>, EvalError> {
+    ) -> Result<Vec<SimulatedPoint>, Failure> {
         let (annotator, truth) = (run.annotator, run.truth);
         let seed = run.options.seed;
         let settle = Duration::from_secs_f64(run.experiment.settle);
@@ -244,14 +244,14 @@ impl Open {
     }
 
     /// The best of the program's suggestions, answered with the truth; `None` when it has none.
-    fn suggested(&mut self, annotator: &Annotator<'_>) -> Result<Option<Click>, EvalError> {
+    fn suggested(&mut self, annotator: &Annotator<'_>) -> Result<Option<Click>, Failure> {
         self.settle(Duration::ZERO)?;
         let mut suggestions = self.suggestions.iter().flatten();
         Ok(suggestions.find_map(|suggestion| annotator.answer(suggestion.frame, suggestion.pixel)))
     }
 
     /// Waits for the maps of the newest labels, and then until they are final or the time is over.
-    fn settle(&mut self, limit: Duration) -> Result<(), EvalError> {
+    fn settle(&mut self, limit: Duration) -> Result<(), Failure> {
         let (deadline, generation) = (Instant::now() + limit, self.generation);
         // Suggestions come after all maps: the newest are known when some have come.
         if self.suggestions.is_none() {
@@ -266,11 +266,7 @@ impl Open {
     }
 
     /// Follows the events of the newest labels and keeps their suggestions.
-    fn follow(
-        &mut self,
-        deadline: Option<Instant>,
-        is_it: impl Fn(&Event) -> bool,
-    ) -> Result<bool, EvalError> {
+    fn follow(&mut self, deadline: Option<Instant>, is_it: impl Fn(&Event) -> bool) -> Result<bool, Failure> {
         let (newest, kept) = (self.generation, &mut self.suggestions);
         Ok(self.run.wait_until(deadline, |event| {
             if let Event::Suggestions {
@@ -288,7 +284,7 @@ impl Open {
     }
 
     /// How good the maps of the test frames are, and their probabilities.
-    fn measured(&self, truth: &SceneTruth) -> Result<(Scores, Calibration), EvalError> {
+    fn measured(&self, truth: &SceneTruth) -> Result<(Scores, Calibration), Failure> {
         let mut calibration = Calibration::default();
         // Suggestions came, so all maps had been made.
         let in_image = |&frame: &usize| {
@@ -321,7 +317,7 @@ mod tests {
     use inplace_core::scene::SceneSource;
 
     /// With these options, on the surface graph alone.
-    fn simulated(options: &str, source: SceneSource) -> Result<Vec<SimulatedPoint>, EvalError> {
+    fn simulated(options: &str, source: SceneSource) -> Result<Vec<SimulatedPoint>, Failure> {
         let words = format!("lab simulate x --out x --geometry 0 --settle 0 {options}");
         let Command::Simulate(arguments) = Arguments::try_parse_from(words.split(' ')).unwrap().command
         else {

@@ -12,7 +12,7 @@ use crate::arguments::SimulateArguments;
 use crate::commands::grouped;
 use crate::learnt::{pool, trained_surface};
 use crate::objects::{GOOD, ObjectTruth, Segment, SegmentCounts, SegmentScores};
-use crate::{EvalError, mean};
+use crate::{Failure, mean};
 use inplace_core::guide::{Suggestion, suggest};
 use inplace_core::labels::{ClassId, Label, LabelSet, Object, ObjectId, Stroke, VOID};
 use inplace_core::scene::Scene;
@@ -79,7 +79,7 @@ pub fn simulate_objects(
     experiment: &SimulateArguments,
     session: &SessionOptions,
     progress: &mut dyn FnMut(&str),
-) -> Result<Vec<ObjectPoint>, EvalError> {
+) -> Result<Vec<ObjectPoint>, Failure> {
     let scene = Arc::new(Scene::open(&session.source, session.open, &|_, _| {})?);
     let truth = ObjectTruth::read(&scene)?;
     let annotator = Annotator::new(&scene, &truth.images);
@@ -119,7 +119,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// One random click on every class: on one of its objects, whichever that is.
-    fn classes_alone(&self) -> Result<ObjectPoint, EvalError> {
+    fn classes_alone(&self) -> Result<ObjectPoint, Failure> {
         let start = Instant::now();
         let mut clicks = self.annotator.clicks(Policy::Random, 1, self.seed);
         // A fair draw among the objects of a class, by the seed.
@@ -143,7 +143,7 @@ impl Run<'_> {
     }
 
     /// Lets the annotator label and measures the maps after each batch of clicks.
-    fn label(&self, policy: Policy) -> Result<Vec<ObjectPoint>, EvalError> {
+    fn label(&self, policy: Policy) -> Result<Vec<ObjectPoint>, Failure> {
         let batches: BTreeSet<usize> = self.experiment.clicks.iter().copied().map(usize::from).collect();
         let most = batches.last().copied().unwrap_or(0);
         let planned = self.annotator.clicks(policy, most, self.seed);
@@ -216,7 +216,7 @@ impl Run<'_> {
         (clicks_per_object, clicks): (usize, usize),
         (propagation, labels): (&LabelPropagation, &LabelSet),
         labelling: Duration,
-    ) -> Result<ObjectPoint, EvalError> {
+    ) -> Result<ObjectPoint, Failure> {
         let listed = (labels.classes.as_slice(), labels.objects.as_slice());
         let objects = SurfaceObjects::new(self.surface, propagation.posterior(), listed, None);
         let things: BTreeSet<ClassId> = labels

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use rand::{Rng, rngs::SmallRng};
 
-use super::trial::{Measured, Settings, Trial};
-use super::{Condition, Line, Way, disturbed};
-use crate::EvalError;
+use super::trial::{Measured, Trial};
+use super::{Condition, Line, Settings, Way, disturbed};
+use crate::{Failure, unusable_scene};
 use inplace_core::field::Trainer;
 use inplace_core::scene::DepthMap;
 
@@ -53,20 +53,20 @@ pub(super) fn conditions() -> Vec<Condition> {
     ]
 }
 
-fn starts(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
+fn starts(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, Failure> {
     let mut blind = trial.clone();
     blind.without_depth();
     let scene = Arc::new(blind.scene);
     let mut found = 0;
     for _ in 0..STARTS {
-        let mut trainer = Trainer::new(Arc::clone(&scene), settings.preset, rng.random())?;
+        let mut trainer = Trainer::new(Arc::clone(&scene), settings.training.preset, rng.random())?;
         for _ in 0..STEPS {
             trainer.step()?;
         }
         let error = trainer.evaluate_against(&trial.scene)?;
         let error = error.and_then(|error| error.relative_depth_error);
         let none = "no depth is measured that fields without depth could be compared with";
-        let error = error.ok_or_else(|| EvalError::scene(&trial.scene, none))?;
+        let error = error.ok_or_else(|| unusable_scene(&trial.scene, none))?;
         found += usize::from(error <= ON_ITS_WAY);
     }
     Ok((found as f64 / STARTS as f64, Vec::new()))

@@ -9,11 +9,11 @@ use rand::rngs::SmallRng;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 
-use super::trial::{Measured, Settings, Trial};
-use super::{Condition, Line, Way, disturbed};
+use super::trial::{Measured, Trial};
+use super::{Condition, Line, Settings, Way, disturbed};
 use crate::paper::{Flipped, Objects, pixel_noise};
 use crate::simulate::{Annotator, Policy};
-use crate::{EvalError, learnt};
+use crate::{Failure, learnt};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 
 /// Pixels of the longest stroke that meets no border, and of its end beyond one.
@@ -101,7 +101,7 @@ fn one_frame(trial: &mut Trial, rng: &mut SmallRng) {
     trial.click_anew(rng.random());
 }
 
-fn one_click(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, EvalError> {
+fn one_click(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, Failure> {
     let mut labels = trial.labels.clone();
     labels.strokes = labels.strokes.into_iter().take(1).collect();
     let class = labels.strokes.values().next().map_or(VOID, |stroke| stroke.class);
@@ -131,11 +131,12 @@ fn random_pixels(trial: &mut Trial, rng: &mut SmallRng) {
     vote(trial, maps);
 }
 
-fn random_objects(trial: &mut Trial, settings: &Settings, rng: &mut SmallRng) -> Result<(), EvalError> {
+fn random_objects(trial: &mut Trial, settings: &Settings, rng: &mut SmallRng) -> Result<(), Failure> {
     let (mut maps, classes) = (label_images(trial), trial.truth.classes());
     let scene = Arc::new(trial.scene.clone());
-    let training = Duration::from_secs_f64(trial.seconds(settings));
-    let surface = learnt::trained_surface(&scene, settings.preset, training, settings.seed)?;
+    let most = Duration::from_secs_f64(trial.seconds(settings));
+    let training = &settings.training;
+    let surface = learnt::trained_surface(&scene, training.preset, most, training.reading.seed)?;
     let clean = ImportedLabels {
         maps: maps.clone(),
         trust: Trust::RIGHT,

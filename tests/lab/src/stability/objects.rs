@@ -8,9 +8,9 @@ use rand::rngs::SmallRng;
 use rand::seq::IndexedRandom;
 
 use super::session::{maps, resting, same};
-use super::trial::{Measured, Settings, Trial};
-use super::{Condition, Line, Way};
-use crate::EvalError;
+use super::trial::{Measured, Trial};
+use super::{Condition, Line, Settings, Way};
+use crate::Failure;
 use crate::simulate::{Annotator, Click};
 use inplace_core::labels::{LabelSet, Object, ObjectId, VOID};
 use inplace_core::semantics::SurfaceObjects;
@@ -41,7 +41,7 @@ pub(super) fn conditions() -> Vec<Condition> {
     ]
 }
 
-fn many(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
+fn many(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, Failure> {
     let annotator = Annotator::new(&trial.scene, &trial.truth);
     let clicks = (0..20 * MANY).filter_map(|_| {
         let &frame = trial.truth.train.choose(rng)?;
@@ -53,7 +53,7 @@ fn many(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measur
     told_apart(trial, settings, annotator.labels(&clicks))
 }
 
-fn contradictory(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, EvalError> {
+fn contradictory(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, Failure> {
     let annotator = Annotator::new(&trial.scene, &trial.truth);
     let mut clicks: Vec<Click> = Vec::new();
     for stroke in trial.labels.strokes.values() {
@@ -73,7 +73,7 @@ fn contradictory(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result
 }
 
 /// Labels a scene, then says with each of these strokes an object of its own; every class is one of things.
-fn told_apart(trial: &Trial, settings: &Settings, mut labels: LabelSet) -> Result<Measured, EvalError> {
+fn told_apart(trial: &Trial, settings: &Settings, mut labels: LabelSet) -> Result<Measured, Failure> {
     for class in &mut labels.classes {
         class.thing = true;
     }

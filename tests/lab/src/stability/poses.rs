@@ -8,7 +8,7 @@ use rand::{Rng, rngs::SmallRng};
 
 use super::trial::Trial;
 use super::{Condition, Line, Way, disturbed};
-use crate::EvalError;
+use crate::Failure;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, write_replica};
 
 pub(super) fn conditions() -> Vec<Condition> {
@@ -100,8 +100,8 @@ fn normal(rng: &mut SmallRng) -> f32 {
 }
 
 /// Writes the scene with poses in another unit, somewhere else in the world, and reads it as a person's.
-fn elsewhere(trial: &mut Trial, scale: f32, offset: DVec3, depth: bool) -> Result<(), EvalError> {
-    let failed = |reason: String| EvalError::Session(format!("the capture could not be written: {reason}"));
+fn elsewhere(trial: &mut Trial, scale: f32, offset: DVec3, depth: bool) -> Result<(), Failure> {
+    let failed = |reason: String| Failure::from(format!("the capture could not be written: {reason}"));
     let root = tempfile::tempdir().map_err(|error| failed(error.to_string()))?;
     let folder = root.path().join("scene");
     let mut moved = trial.scene.clone();

@@ -9,9 +9,9 @@ use rand::rngs::SmallRng;
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngCore};
 
-use super::trial::{Course, Measured, Settings, Trial};
-use super::{Condition, Line, Way};
-use crate::EvalError;
+use super::trial::{Course, Measured, Trial};
+use super::{Condition, Line, Settings, Way};
+use crate::Failure;
 use inplace_core::export::resident_memory;
 use inplace_core::labels::{ClassId, History, LabelSet, Stroke};
 use inplace_core::session::{ClientError, Command};
@@ -67,7 +67,7 @@ pub(super) fn conditions() -> Vec<Condition> {
 }
 
 /// Every frame's map, once all follow the newest labels.
-pub(super) fn maps(course: &mut Course, frames: usize) -> Result<Vec<Vec<ClassId>>, EvalError> {
+pub(super) fn maps(course: &mut Course, frames: usize) -> Result<Vec<Vec<ClassId>>, Failure> {
     course.all_maps()?;
     let maps = (0..frames).map(|frame| course.run.map(frame));
     let labels = maps.map(|map| map.map_or_else(Vec::new, |map| map.labels().into_owned()));
@@ -85,7 +85,7 @@ pub(super) fn same(a: &[Vec<ClassId>], b: &[Vec<ClassId>]) -> f64 {
 }
 
 /// A session that rests: the maps follow the labels and nothing else.
-pub(super) fn resting(trial: &Trial, settings: &Settings, labels: &LabelSet) -> Result<Course, EvalError> {
+pub(super) fn resting(trial: &Trial, settings: &Settings, labels: &LabelSet) -> Result<Course, Failure> {
     let mut course = trial.session(settings);
     course.settle(trial.seconds(settings))?;
     course.run.send(Command::Pause);
@@ -93,7 +93,7 @@ pub(super) fn resting(trial: &Trial, settings: &Settings, labels: &LabelSet) -> 
     Ok(course)
 }
 
-fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
+fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, Failure> {
     let mut course = resting(trial, settings, &trial.labels)?;
     let mut history = History::new(trial.labels.clone());
     let classes = trial.truth.classes();
@@ -127,7 +127,7 @@ fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Res
     Ok((figure, course.told()))
 }
 
-fn edit_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
+fn edit_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, Failure> {
     let frames = trial.scene.frames.len();
     let mut course = resting(trial, settings, &trial.labels)?;
     let before = maps(&mut course, frames)?;
@@ -168,7 +168,7 @@ fn edit_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<
     Ok((same(&before, &after), course.told()))
 }
 
-fn pause_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, EvalError> {
+fn pause_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, Failure> {
     let mut calm = trial.session(settings);
     calm.settle(trial.seconds(settings))?;
     let expected = trial.miou(&calm)?;
@@ -184,7 +184,7 @@ fn pause_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result
     Ok((trial.miou(&course)? / expected, course.told()))
 }
 
-fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, EvalError> {
+fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, Failure> {
     let frames = trial.scene.frames.len();
     let dies = Arc::new(AtomicBool::new(false));
     let death = Arc::clone(&dies);
@@ -199,7 +199,7 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
     dies.store(true, Relaxed);
     course.run.send(Command::Save);
     let Err(ClientError::Failed(told)) = course.run.wait_until(None, |_| false) else {
-        return Err(EvalError::Session("the worker's death was not told".to_owned()));
+        return Err("the worker's death was not told".into());
     };
     drop(course);
     let mut next = trial.session_woken(settings, Some(state), || {});
@@ -209,7 +209,7 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
     Ok((same(&before, &after), vec![told]))
 }
 
-fn long_training(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, EvalError> {
+fn long_training(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, Failure> {
     let mut course = trial.session(settings);
     course.settle(trial.seconds(settings))?;
     let (miou, memory) = (trial.miou(&course)?, resident_memory());

@@ -1,19 +1,21 @@
 use std::collections::BTreeSet;
 
+use clap::Parser;
+
 use super::*;
 use crate::LabelImage;
+use crate::arguments::{Arguments, Bench, Command};
 use crate::testing::{capture, opened};
-use inplace_core::field::Preset;
 use inplace_core::scene::demo::Shot;
 
 fn settings() -> Settings {
-    Settings {
-        preset: Preset::Fast,
-        threads: 2,
-        seed: 3,
-        seconds: 0.2,
-        seconds_without_depth: 0.2,
-        long_seconds: 0.2,
+    let words = "lab bench stability --out x --preset fast --threads 2 --seed 3 --seeds 1 --seconds 0.2 \
+                 --seconds-without-depth 0.2 --long-seconds 0.2";
+    match Arguments::try_parse_from(words.split(' ')).unwrap().command {
+        Command::Bench {
+            what: Bench::Stability(settings),
+        } => settings,
+        other => panic!("{other:?}"),
     }
 }
 
@@ -52,7 +54,7 @@ fn a_wall_of_two_halves_stands_what_keeps_it_whole() {
     let names =
         "frames-shuffled frame-black objects-300 objects-contradictory edits-classes worker-dies far-origin";
     let chosen: Vec<Condition> = names.split(' ').map(named).collect();
-    let outcomes = stability(&scene, &chosen, &settings(), 1, &mut |_, _| {}, &|_| {}).unwrap();
+    let outcomes = stability(&scene, &chosen, &settings(), &mut |_, _| {}, &|_| {}).unwrap();
     assert_eq!(outcomes.len(), 8, "the undisturbed scene is the first");
     for outcome in &outcomes {
         assert!(outcome.is_met(), "{outcome:?}");
@@ -67,7 +69,7 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
     let rooms: Vec<Condition> = conditions().into_iter().filter(|own| own.demo_only).collect();
     assert_eq!(rooms.len(), 6);
     let (_root, scene) = wall();
-    let error = stability(&scene, &rooms, &settings(), 1, &mut |_, _| {}, &|_| {}).unwrap_err();
+    let error = stability(&scene, &rooms, &settings(), &mut |_, _| {}, &|_| {}).unwrap_err();
     assert!(error.to_string().contains("try them on \"demo\""), "{error}");
     let with_others = [&rooms[..], &conditions()[..1]].concat();
     assert_eq!(tried_on(&scene, &with_others).unwrap().len(), 1);

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::Settings;
 use crate::learnt;
 use crate::simulate::{Annotator, Policy};
-use crate::{EvalError, SceneTruth};
+use crate::{Failure, SceneTruth};
 use crossbeam_channel::{Receiver, unbounded};
-use inplace_core::field::Preset;
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::{OpenOptions, Scene};
 use inplace_core::session::{Client, Event, ModelState, Session, SessionOptions};
@@ -15,23 +15,6 @@ use tempfile::TempDir;
 
 /// Random clicks for each class.
 const CLICKS: usize = 5;
-
-/// How conditions are tried.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// How much the field may model.
-    pub preset: Preset,
-    /// Threads of the sessions.
-    pub threads: usize,
-    /// Seed of the disturbances, the clicks and the field; of the first run of a condition.
-    pub seed: u64,
-    /// Most seconds of training before the maps of a scene with depth are measured.
-    pub seconds: f64,
-    /// The same of a scene without depth, whose surface comes from the field alone.
-    pub seconds_without_depth: f64,
-    /// Seconds of the long training.
-    pub long_seconds: f64,
-}
 
 /// A scene to be disturbed; pixels are shared with the undisturbed one until they change.
 #[derive(Clone)]
@@ -86,13 +69,9 @@ impl Trial {
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Course {
         let options = SessionOptions {
-            source: self.scene.source.clone(),
             open: OpenOptions::default(),
-            preset: settings.preset,
-            threads: settings.threads,
-            seed: settings.seed,
-            views: false,
             state: state.map(Into::into),
+            ..settings.training.session_options(self.scene.source.clone())
         };
         let scene = Arc::new(self.scene.clone());
         let (sender, told) = unbounded();
@@ -116,7 +95,7 @@ impl Trial {
     }
 
     /// Labels the scene with a session and measures the maps of the test frames.
-    pub fn labelled(&self, settings: &Settings) -> Result<Measured, EvalError> {
+    pub fn labelled(&self, settings: &Settings) -> Result<Measured, Failure> {
         let mut course = self.session(settings);
         course.settle(self.seconds(settings))?;
         Ok((self.miou(&course)?, course.told()))
@@ -132,7 +111,7 @@ impl Trial {
     }
 
     /// The mIoU of the test frames' maps, while the session goes on.
-    pub fn miou(&self, course: &Course) -> Result<f64, EvalError> {
+    pub fn miou(&self, course: &Course) -> Result<f64, Failure> {
         let scores = self.truth.scores_of(&course.run, &self.scene)?;
         Ok(scores.miou)
     }
@@ -153,7 +132,7 @@ impl Course {
     }
 
     /// Trains for so long at most, then waits for the last surface and the last maps.
-    pub fn settle(&mut self, seconds: f64) -> Result<(), EvalError> {
+    pub fn settle(&mut self, seconds: f64) -> Result<(), Failure> {
         learnt::settle(
             &mut self.run,
             self.generation,
@@ -162,13 +141,13 @@ impl Course {
         let status = self.run.status();
         let numbers = [status.held_out_psnr, status.depth_error, status.mean_entropy];
         if numbers.into_iter().flatten().any(f32::is_nan) {
-            return Err(EvalError::Session("a measured quantity is not a number".into()));
+            return Err("a measured quantity is not a number".into());
         }
         Ok(())
     }
 
     /// Waits for the newest labels' maps of all frames.
-    pub fn all_maps(&mut self) -> Result<(), EvalError> {
+    pub fn all_maps(&mut self) -> Result<(), Failure> {
         Ok(self.run.mapped(self.generation)?)
     }
 

@@ -109,8 +109,8 @@ fn sizes(points: &[&CapacityPoint], part: Part, [x, y]: [&Value; 2]) -> Series {
 }
 
 fn titled(arguments: &ParetoArguments, scene: &str) -> String {
-    let depth = if arguments.no_depth { ", no depth" } else { "" };
-    format!("{scene}{depth}")
+    let colours_alone = arguments.reading.no_depth;
+    format!("{scene}{}", if colours_alone { ", no depth" } else { "" })
 }
 
 fn conditions(arguments: &ParetoArguments, threads: usize) -> String {
@@ -120,6 +120,6 @@ fn conditions(arguments: &ParetoArguments, threads: usize) -> String {
         counted(threads as u64, "thread"),
         counted(arguments.clicks, "random click"),
         counted(arguments.seeds, "seed"),
-        arguments.seed
+        arguments.reading.seed
     )
 }

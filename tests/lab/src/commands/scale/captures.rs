@@ -8,15 +8,15 @@ use std::path::Path;
 
 use crate::scale::{Setting, scattered};
 use crate::{Cost, session_cost};
-use inplace_core::arguments::TrainingArguments;
 use inplace_core::export::write_strokes;
 use inplace_core::field::Preset;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo, write_replica};
 use inplace_core::session::Progress;
 use tempfile::TempDir;
 
+use crate::Failure;
 use crate::arguments::ScaleArguments;
-use crate::commands::{Failure, in_own_process};
+use crate::commands::in_own_process;
 
 /// The strokes of a capture, in its folder.
 const STROKES: &str = "strokes.json";
@@ -135,14 +135,8 @@ fn link_first(whole: &Path, part: &Path, frames: usize) -> io::Result<()> {
 
 /// Measures one capture in this process, so that the peak of its memory is its own, and prints JSON.
 pub(super) fn print_cost(arguments: &ScaleArguments, capture: &Path) -> Result<(), Failure> {
-    let training = TrainingArguments {
-        preset: Preset::Auto,
-        no_depth: arguments.no_depth,
-        outside_files: false,
-        threads: arguments.threads,
-        seed: arguments.seed,
-    };
-    let options = training.session_options(SceneSource::from_argument(capture));
+    let source = SceneSource::from_argument(capture);
+    let options = arguments.reading.session_options(source, Preset::Auto);
     let cost = session_cost(options, arguments.seconds, &capture.join(STROKES))?;
     println!("{}", serde_json::to_string(&cost)?);
     Ok(())
