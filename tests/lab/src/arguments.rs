@@ -6,7 +6,6 @@ use clap::{Args, Parser, Subcommand};
 use inplace_core::arguments::{ReadingArguments, TrainingArguments, Wanted, image_size, number, seconds};
 use inplace_core::field::Preset;
 
-use crate::Failure;
 use crate::paper::{EXPERIMENTS, FUSION};
 use crate::scale::Sweep;
 use crate::simulate::{Baseline, Policy};
@@ -453,20 +452,18 @@ fn seconds_or_none(text: &str) -> Result<f64, Wanted> {
 }
 
 /// One of these names; otherwise all of them.
-fn among<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Result<String, Failure> {
+fn among(name: &str, names: impl Iterator<Item = &'static str>) -> Result<String, String> {
     let names: Vec<&str> = names.collect();
-    if names.contains(&name) {
-        return Ok(name.to_owned());
-    }
-    Err(format!("use some of {}", names.join(", ")).into())
+    let advice = format!("use some of {}", names.join(", "));
+    by_name(&names, |own| own, name, &advice).map(str::to_owned)
 }
 
-fn experiment(name: &str) -> Result<String, Failure> {
+fn experiment(name: &str) -> Result<String, String> {
     let names = EXPERIMENTS.iter().map(|experiment| experiment.name);
     among(name, names.chain([FUSION]))
 }
 
-fn condition(name: &str) -> Result<String, Failure> {
+fn condition(name: &str) -> Result<String, String> {
     among(name, conditions().iter().map(|condition| condition.name))
 }
 

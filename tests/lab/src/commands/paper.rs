@@ -53,13 +53,7 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
                     eprintln!("{}", describe(&classifier, &scene)?);
                     Some(classifier)
                 };
-                Ok(paper_experiments(
-                    &scene,
-                    arguments,
-                    seed,
-                    classifier.as_ref(),
-                    &mut tell,
-                )?)
+                paper_experiments(&scene, arguments, seed, classifier.as_ref(), &mut tell)
             });
             points.extend(measured?);
         }
