@@ -363,9 +363,12 @@ pub struct StereoArguments {
     /// Where the results go.
     #[command(flatten)]
     pub output: OutputArguments,
-    /// What is read of the scenes, and what they are computed with.
-    #[command(flatten)]
-    pub reading: ReadingArguments,
+    /// Read images that a file of the capture names outside its folder.
+    #[arg(long)]
+    pub outside_files: bool,
+    /// Threads to compute with [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
 }
 
 /// Accuracy against time and size.

@@ -1,8 +1,8 @@
 //! `inplace-lab bench stereo`: depth from colours alone, beside measured depth.
 
-use inplace_core::export;
-use inplace_core::scene::{Scene, SceneSource};
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::Progress;
+use inplace_core::{cores, export};
 
 use super::{Failure, begin};
 use crate::arguments::StereoArguments;
@@ -18,12 +18,16 @@ const COLUMNS: &str =
 pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
     let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
-    let threads = arguments.reading.threads();
+    let threads = arguments.threads.map_or_else(cores, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut points = Vec::new();
     for argument in &arguments.scenes {
         let source = SceneSource::from_argument(argument);
-        let scene = Scene::open(&source, arguments.reading.open_options(), &|_, _| {})?;
+        let options = OpenOptions {
+            outside_files: arguments.outside_files,
+            ..OpenOptions::default()
+        };
+        let scene = Scene::open(&source, options, &|_, _| {})?;
         let progress = Progress::default();
         let told = |share: f32| progress.show_share(argument.display().to_string(), share);
         points.extend(pool.install(|| stereo_depth(&scene, &told))?);

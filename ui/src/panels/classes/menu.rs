@@ -5,7 +5,7 @@ use inplace_model::dialogs::{AddClasses, Dialog};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use super::row::Row;
+use super::row::{Row, lock_words};
 use crate::keys::table::FIND_CLASS;
 use crate::panels::parts::Menu;
 use crate::widgets::{Icon, icon_button};
@@ -117,9 +117,4 @@ pub(super) fn lock_and_hide_entries(menu: &mut Menu<'_>, row: &Row<'_>) {
         false => "Hide in the overlay",
     };
     menu.entry(true, words, Command::SetHidden(row.named, !row.hidden));
-}
-
-/// What locks a class or an object, or unlocks it.
-pub(super) fn lock_words(locked: bool) -> &'static str {
-    if locked { "Unlock" } else { "Lock" }
 }

@@ -5,7 +5,6 @@ use inplace_core::labels::{ClassId, VOID};
 use inplace_model::class_view::Named;
 use inplace_model::{Command, Commands};
 
-use super::menu::lock_words;
 use crate::theme;
 use crate::widgets::{Icon, focus_ring, key_cap, line_of_text, swatch};
 
@@ -216,6 +215,11 @@ impl Row<'_> {
             commands.push(Command::SetHidden(self.named, false));
         }
     }
+}
+
+/// What locks a class or an object, or unlocks it.
+pub(super) fn lock_words(locked: bool) -> &'static str {
+    if locked { "Unlock" } else { "Lock" }
 }
 
 /// A small button that is there for the keyboard even while it is not seen; returns whether it was clicked.
