@@ -13,7 +13,7 @@ use std::time::Duration;
 use inplace_core::labels::{History, Stroke};
 use inplace_core::project::{Contents, Journal, JournalEvent, Opened, Project, ProjectError, Step};
 use inplace_tests::{
-    FOLDER, Outcome, Running, behind, child, contents, files_below, folder_of_child, strokes_of,
+    FOLDER, Outcome, Running, behind, child, contents, files_below, folder_of_child, strokes_of, succeed,
 };
 use rusqlite::Connection;
 
@@ -176,7 +176,9 @@ fn bound(command: Command, root: &Path) -> Command {
         return command;
     }
     let executable = root.join("executable");
-    fs::copy(command.get_program(), &executable).unwrap();
+    // By a process of its own: one that another test starts meanwhile would hold a copy being made here open, and what is
+    // open for writing cannot be run.
+    succeed(Command::new("cp").arg(command.get_program()).arg(&executable));
     set_mode(&executable, 0o755);
     let mut other = Command::new(executable);
     other.args(command.get_args()).uid(NOBODY).gid(NOBODY);
