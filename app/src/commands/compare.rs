@@ -8,8 +8,8 @@ use inplace_core::export::{self, Agreement, Labelling};
 use inplace_core::project::Contents;
 use inplace_core::session::Progress;
 
-use super::Failure;
 use super::run::{self, GENERATION};
+use super::{Failure, refuse_endless};
 use crate::arguments::CompareArguments;
 
 /// The folder of the images that show where they differ.
@@ -22,7 +22,8 @@ fn read(
     progress: &Arc<Progress>,
 ) -> Result<Labelling, Failure> {
     let contents = Contents::read(project)?;
-    let session = run::of_project(&contents, training, false)?;
+    let session = run::of_project(&contents, training, false);
+    refuse_endless(training, None)?;
     let open = session.open;
     let mut client = run::start(session, progress);
     let scene = client.opened()?;

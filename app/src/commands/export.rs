@@ -11,9 +11,9 @@ use inplace_core::scene::{Scene, Trajectory};
 use inplace_core::semantics::NovelViews;
 use inplace_core::session::{Command, Measured, ModelState, Progress};
 
-use super::Failure;
 use super::budget::Budget;
 use super::run::{self, GENERATION};
+use super::{Failure, refuse_endless};
 use crate::arguments::ExportArguments;
 
 /// Wall time from the start to the last file written, in seconds, where depth was measured and nothing was learnt before.
@@ -50,7 +50,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         }
     }
     export::prepare(&arguments.out, &[])?;
-    let session = run::of_project(&contents, &arguments.training, trajectory.is_some())?;
+    let session = run::of_project(&contents, &arguments.training, trajectory.is_some());
     let open = session.open;
     let exported = |labelled: LabelledScene<'_>| {
         let format = arguments.format;
@@ -82,6 +82,10 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let (preset, is_learnt) = (session.preset, session.state.is_some());
         let mut client = run::start(session, &progress);
         let scene = client.opened()?;
+        let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
+        let budget = arguments.budget.filter(|_| !is_learnt).or(usual);
+        // What views are rendered from is learnt without a budget.
+        refuse_endless(&arguments.training, budget.filter(|_| trajectory.is_none()))?;
         if trajectory.is_some() {
             // Views are rendered from a field that has learnt all it can. Labels teach only the semantic field.
             client.settled(0, None)?;
@@ -92,8 +96,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let contents = run::matched(contents, &scene, open)?;
         let (labels, parts) = (contents.history.labels(), contents.parts());
         client.label(labels.clone(), GENERATION);
-        let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
-        let maps = match arguments.budget.filter(|_| !is_learnt).or(usual) {
+        let maps = match budget {
             Some(seconds) => {
                 let mut budget = Budget::of(seconds, preset, &scene);
                 let maps = run::maps_within(&mut client, &scene, preset, &mut budget, start)?;

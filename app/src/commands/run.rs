@@ -13,7 +13,6 @@ use inplace_core::session::{
 };
 
 use super::budget::Budget;
-use super::{Failure, refuse_endless};
 
 /// Generation of the labels: they never change here.
 pub(super) const GENERATION: u64 = 1;
@@ -21,15 +20,7 @@ pub(super) const GENERATION: u64 = 1;
 const TICK: Duration = Duration::from_millis(50);
 
 /// The options of a session of a project, which goes on with its model, or takes that as it is where no views are rendered.
-///
-/// # Errors
-/// Where training would not end.
-pub(super) fn of_project(
-    contents: &Contents,
-    training: &TrainingArguments,
-    views: bool,
-) -> Result<SessionOptions, Failure> {
-    refuse_endless(training, None)?;
+pub(super) fn of_project(contents: &Contents, training: &TrainingArguments, views: bool) -> SessionOptions {
     let mut session = training.session_options(contents.scene.source.clone());
     session.open.depth &= contents.scene.depth;
     session.views = views;
@@ -37,7 +28,7 @@ pub(super) fn of_project(
         model,
         is_final: !views,
     });
-    Ok(session)
+    session
 }
 
 /// The contents of a project fitted to its scene; warnings about both are told.
