@@ -15,12 +15,12 @@ use crate::scene::{Cache, Camera, Frame};
 const MOST_PIXELS: usize = 160_000;
 /// Scale of the segmentation, in 8-bit steps of colour: a superpixel of n pixels goes on across edges that cost at most
 /// this / n more than those inside it.
-const SCALE: f32 = 60.0;
+const SCALE: f32 = 30.0;
 /// Fewest pixels of a superpixel.
 const FEWEST: u32 = 10;
 /// How far from a border superpixels choose the class, and how far borders then move to the image's edges, in pixels.
 const MOST_OFF: u32 = 8;
-const REACH: u32 = 4;
+const REACH: u32 = 2;
 /// A pixel keeps its class if it lies at least this much as deep inside of it as the deepest pixel in reach.
 const DEEP: f32 = 0.6;
 /// Bytes of superpixels that are kept: those of 25 frames or more.
