@@ -8,8 +8,6 @@ mod error;
 mod files;
 mod formats;
 mod frame;
-#[doc(hidden)]
-pub mod fuzzing;
 mod images;
 mod keyframes;
 mod label_images;

@@ -178,11 +178,6 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
     })
 }
 
-/// Parses the bytes of the cameras (0), the images (1) or the points (2) of a model.
-pub(super) fn parse(path: &Path, bytes: &[u8], is_binary: bool, file: usize) -> Result<(), SceneError> {
-    readers(is_binary)[file](path, bytes, &mut Model::default())
-}
-
 fn readers(is_binary: bool) -> Readers {
     if is_binary { binary::READERS } else { text::READERS }
 }

@@ -16,7 +16,7 @@ use super::files::numbered_files;
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
-use super::rgbd::text::{parse_numbers, read_text};
+use super::rgbd::text::read_numbers;
 use super::rgbd::{self, DepthCamera, DepthCode, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError};
 
@@ -142,7 +142,7 @@ impl Calibration {
         else {
             return Ok(None);
         };
-        let (fx, cx, fy, cy) = match matrix(&path)?.as_slice() {
+        let (fx, cx, fy, cy) = match read_numbers(&path)?.as_slice() {
             &[fx, _, cx, _, _, fy, cy, _, _, _, _, _, _, _, _, _] => (fx, cx, fy, cy),
             &[fx, _, cx, _, fy, cy, _, _, _] => (fx, cx, fy, cy),
             values => refuse!(
@@ -193,12 +193,6 @@ impl Calibration {
     }
 }
 
-/// The numbers of a matrix, row by row.
-fn matrix(path: &Path) -> Result<Vec<f64>, SceneError> {
-    let rows = parse_numbers(path, &read_text(path)?)?;
-    Ok(rows.into_iter().flat_map(|(_, row)| row).collect())
-}
-
 /// Warns of cameras that do not stand where the poses are, which nothing accounts for.
 fn warn_of_extrinsics(folder: &Path, warnings: &mut Vec<String>) -> Result<(), SceneError> {
     for kind in ["color", "depth"] {
@@ -207,7 +201,7 @@ fn warn_of_extrinsics(folder: &Path, warnings: &mut Vec<String>) -> Result<(), S
             continue;
         }
         let identity = |index: usize| f64::from(u8::from(index.is_multiple_of(5)));
-        let values = matrix(&path)?;
+        let values = read_numbers(&path)?;
         let is_off = |(index, value): (usize, &f64)| (value - identity(index)).abs() > 1e-6;
         if values.len() != 16 || values.iter().enumerate().any(is_off) {
             warnings.push(format!(

@@ -180,17 +180,8 @@ fn nearest<T>(sorted: &[(f64, T)], time: f64) -> Option<&T> {
 
 /// Reads a list of images, sorted by time.
 fn read_images(folder: &Path, list: &str, outside_files: bool) -> Result<Vec<(f64, PathBuf)>, SceneError> {
-    let path = folder.join(list);
-    parse_images(folder, &path, &read_text(&path)?, outside_files)
-}
-
-/// The images in the text of the list at `path`, sorted by time.
-pub(super) fn parse_images(
-    folder: &Path,
-    path: &Path,
-    text: &str,
-    outside_files: bool,
-) -> Result<Vec<(f64, PathBuf)>, SceneError> {
+    let path = &folder.join(list);
+    let text = read_text(path)?;
     let mut images = Vec::new();
     for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         let content = content.trim();
@@ -244,13 +235,8 @@ fn read_poses(path: &Path) -> Result<Vec<TimedPose>, SceneError> {
             "no such file; write the camera's poses there, time tx ty tz qx qy qz qw a line"
         );
     }
-    parse_poses(path, &read_text(path)?)
-}
-
-/// The poses in the text of the trajectory at `path`, sorted by time.
-pub(super) fn parse_poses(path: &Path, text: &str) -> Result<Vec<TimedPose>, SceneError> {
     let mut poses = Vec::new();
-    for (line, values) in parse_numbers(path, text)? {
+    for (line, values) in parse_numbers(path, &read_text(path)?)? {
         let &[time, tx, ty, tz, qx, qy, qz, qw] = values.as_slice() else {
             refuse!(
                 path,

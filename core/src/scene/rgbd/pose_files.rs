@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::text::{parse_pose, read_text};
+use super::text::read_pose;
 use super::{Found, unusable_poses};
 use crate::scene::files::{file_name, leave_out};
 use crate::scene::{OpenOptions, SceneError};
@@ -72,7 +72,7 @@ pub(in crate::scene) fn list(
     }
     let poses = found
         .par_iter()
-        .map(|(_, _, pose)| parse_pose(pose, &read_text(pose)?))
+        .map(|(_, _, pose)| read_pose(pose))
         .collect::<Result<Vec<_>, SceneError>>()?;
     let total = found.len();
     let (mut listed, mut bad) = (Vec::new(), Vec::new());

@@ -22,16 +22,13 @@ pub(in crate::scene) fn pose_of(v: &[f64; 16]) -> Result<DAffine3, PoseError> {
     }
 }
 
-/// The pose in the text of the file at `path`, four lines of four numbers: camera-to-world, or what is wrong with it.
+/// Reads a pose of four lines of four numbers: camera-to-world, or what is wrong with it.
 ///
 /// # Errors
-/// A text that holds something else.
-pub(in crate::scene) fn parse_pose(
-    path: &Path,
-    text: &str,
-) -> Result<Result<DAffine3, PoseError>, SceneError> {
+/// A file that holds something else.
+pub(in crate::scene) fn read_pose(path: &Path) -> Result<Result<DAffine3, PoseError>, SceneError> {
     const FORM: &str = "write four lines of four numbers, the camera-to-world matrix";
-    let rows = parse_numbers(path, text)?;
+    let rows = parse_numbers(path, &read_text(path)?)?;
     if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {
         refuse!(path, "line {line} has {} numbers; {FORM}", row.len());
     }
@@ -44,15 +41,7 @@ pub(in crate::scene) fn parse_pose(
 
 /// Reads `fx fy cx cy width height`.
 pub(in crate::scene) fn read_intrinsics(path: &Path) -> Result<Camera, SceneError> {
-    parse_intrinsics(path, &read_text(path)?)
-}
-
-/// The intrinsics in the text of the file at `path`.
-pub(in crate::scene) fn parse_intrinsics(path: &Path, text: &str) -> Result<Camera, SceneError> {
-    let values: Vec<f64> = parse_numbers(path, text)?
-        .into_iter()
-        .flat_map(|(_, values)| values)
-        .collect();
+    let values = read_numbers(path)?;
     let &[fx, fy, cx, cy, width, height] = values.as_slice() else {
         refuse!(
             path,
@@ -79,6 +68,12 @@ pub(in crate::scene) fn parse_intrinsics(path: &Path, text: &str) -> Result<Came
         );
     }
     Ok(camera)
+}
+
+/// All numbers of a file, line after line.
+pub(in crate::scene) fn read_numbers(path: &Path) -> Result<Vec<f64>, SceneError> {
+    let lines = parse_numbers(path, &read_text(path)?)?;
+    Ok(lines.into_iter().flat_map(|(_, values)| values).collect())
 }
 
 /// The text of a file.
