@@ -143,16 +143,6 @@ pub fn assert_outside(folder: &Path, words: &[&str], frames: usize) -> Scene {
     scene
 }
 
-/// Moves a file out of the capture in `folder` and leaves a link in its place; holds the folder that has it now.
-#[cfg(unix)]
-pub fn move_out(folder: &Path, name: &str) -> TempDir {
-    let outside = tempfile::tempdir().unwrap();
-    let (place, moved) = (folder.join(name), outside.path().join("moved"));
-    fs::rename(&place, &moved).unwrap();
-    std::os::unix::fs::symlink(&moved, &place).unwrap();
-    outside
-}
-
 /// Asserts that a folder is refused with one sentence that holds all of these.
 #[track_caller]
 pub fn assert_refused(folder: &Path, words: &[&str]) {

@@ -10,8 +10,6 @@ use tempfile::TempDir;
 
 use super::model::CAMERA_MODELS;
 use super::*;
-#[cfg(unix)]
-use crate::scene::testing::move_out;
 use crate::scene::testing::{
     assert_outside, assert_refused, change_files, check_changes, far_away, open, opened,
     opened_without_depth, stems, wall,
@@ -392,17 +390,6 @@ fn images_outside_the_folder_are_read_where_that_is_allowed() {
     fixture.images[1].0 = "../b.png".to_owned();
     write(&folder.join("sparse/0"), &fixture.binary());
     assert_outside(root.path(), &["images.bin"], 3);
-}
-
-#[cfg(unix)]
-#[test]
-fn images_that_are_links_are_followed_wherever_they_lead() {
-    let (root, folder) = plain();
-    let _outside = move_out(&folder, "images/b.png");
-    assert_eq!(opened(root.path()).frames.len(), 3);
-    // A folder of links, as much as a link to a folder.
-    let _elsewhere = move_out(&folder, "images");
-    assert_eq!(opened(root.path()).frames.len(), 3);
 }
 
 #[test]
