@@ -15,6 +15,7 @@ import zipfile
 from pathlib import Path
 from unittest.mock import MagicMock
 
+import cv2
 import numpy as np
 from loguru import logger
 from PIL import Image, ImageDraw, ImageOps
@@ -78,8 +79,16 @@ def check_image(path: Path, labels: np.ndarray) -> None:
 
 
 def overlay(folder: Path, plain: Plain) -> None:
+    """The colours half over the images, up to what compressing them costs; both alone are 40 off and more."""
     for stem, labels in plain.labels.items():
-        check_image(folder / "overlay" / f"{stem}.jpg", labels)
+        path = folder / "overlay" / f"{stem}.jpg"
+        check_image(path, labels)
+        (image,) = (folder.parent / "voc/JPEGImages").glob(f"{stem}.*")
+        expected = rgb(image)
+        for id, color in plain.colors.items():
+            expected[labels == id] = (expected[labels == id] + color) // 2
+        off = np.abs(rgb(path) - expected).mean()
+        assert off < 15, f"{path} is {off} off"
     same("overlays", len(list((folder / "overlay").iterdir())), len(plain.labels))
 
 
@@ -137,6 +146,10 @@ def cityscapes(folder: Path, plain: Plain) -> None:
         same(f"{stem} instanceIds", np.where(instances < 1000, instances, instances // 1000), labels)
         assert (instances >= 1000).any(), f"{stem} has no instances"
         for id, color in plain.colors.items():
+            # A region of a class is an instance.
+            count, regions = cv2.connectedComponents((labels == id).astype(np.uint8), connectivity=8)
+            pairs = np.unique(np.stack([regions, instances])[:, labels == id], axis=1)
+            same(f"{stem} regions", (pairs.shape[1], len(np.unique(pairs[1]))), (count - 1, count - 1))
             same(f"{stem} color", (images["color"][labels == id] == color).all(), np.True_)
 
 
@@ -277,10 +290,13 @@ class Objects:
     """The things of the export in the plain format."""
 
     def __init__(self, folder: Path):
-        records = json.loads((folder / "objects.json").read_text("utf-8"))
+        self.listed = (folder / "objects.json").read_bytes()
+        records = json.loads(self.listed)
         self.classes = {record["id"]: record["class_id"] for record in records if record["thing"]}
+        listed = json.loads((folder / "classes.json").read_text("utf-8"))
+        self.things = {record["id"]: int(record["thing"]) for record in listed}
         paths = sorted((folder / "objects").glob("*.png"))
-        images = {path.stem: np.array(Image.open(path)).astype(int) for path in paths}
+        self.images = images = {path.stem: np.array(Image.open(path)).astype(int) for path in paths}
         # Pixels of each thing in each frame.
         self.pixels = {
             stem: {id: int((image == id).sum()) for id in self.classes if (image == id).any()}
@@ -289,6 +305,14 @@ class Objects:
         assert len(self.classes) > 5, "too few objects to tell anything"
         several = [id for id in self.classes if sum(id in of_frame for of_frame in self.pixels.values()) > 1]
         assert several, "no object is in several frames"
+
+
+def voc_objects(folder: Path, objects: Objects) -> None:
+    for stem, pixels in objects.pixels.items():
+        found = np.array(Image.open(folder / "SegmentationObject" / f"{stem}.png"))
+        for id, area in pixels.items():
+            (number,) = np.unique(found[objects.images[stem] == id])
+            same(f"{stem}: pixels of object {id}", int((found == number).sum()), area)
 
 
 def cityscapes_objects(folder: Path, objects: Objects) -> None:
@@ -303,7 +327,15 @@ def cityscapes_objects(folder: Path, objects: Objects) -> None:
     same("instances", sorted(found.values()), sorted(objects.classes.values()))
 
 
+def check_things(listed: list[dict], objects: Objects) -> None:
+    same("things", {one["id"]: one["isthing"] for one in listed}, objects.things)
+
+
 def panoptic_objects(folder: Path, objects: Objects) -> None:
+    panoptic = json.loads((folder / "panoptic.json").read_text("utf-8"))
+    check_things(panoptic["categories"], objects)
+    segments = [segment for one in panoptic["annotations"] for segment in one["segments_info"]]
+    same("crowds", {segment["iscrowd"] for segment in segments if segment["id"] >= 65536}, {0})
     # It looks for a folder of this name.
     root = folder.parent / "datumaro"
     root.mkdir()
@@ -319,6 +351,7 @@ def panoptic_objects(folder: Path, objects: Objects) -> None:
 
 def instances_objects(folder: Path, objects: Objects) -> None:
     coco = COCO(folder / "instances.json")
+    check_things(coco.loadCats(coco.getCatIds()), objects)
     for image in coco.loadImgs(coco.getImgIds()):
         annotations = coco.loadAnns(coco.getAnnIds(imgIds=image["id"]))
         own = [one for one in annotations if "object_id" in one]
@@ -342,6 +375,7 @@ def hugging_face_objects(folder: Path, objects: Objects) -> None:
         image = np.array(row["objects"]).astype(int)
         found.append({id: int((image == id).sum()) for id in objects.classes if (image == id).any()})
     same("objects", found, [objects.pixels[stem] for stem in sorted(objects.pixels)])
+    same("list of objects", (folder / "objects.json").read_bytes(), objects.listed)
 
 
 def solid_objects(folder: Path, objects: Objects) -> None:
@@ -376,6 +410,7 @@ def boxes(folder: Path, objects: Objects) -> None:
 
 
 OBJECTS = {
+    "voc": voc_objects,
     "cityscapes": cityscapes_objects,
     "coco-panoptic": panoptic_objects,
     "coco-instances": instances_objects,

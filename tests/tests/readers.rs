@@ -219,5 +219,5 @@ fn every_format_is_read_by_others_as_the_labels_that_were_exported() {
         outcome.stdout.matches("is right"),
         outcome.stdout.matches("of objects is right"),
     );
-    assert_eq!((all.count(), of_objects.count()), (of_classes + 8, 8));
+    assert_eq!((all.count(), of_objects.count()), (of_classes + 9, 9));
 }

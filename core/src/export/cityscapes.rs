@@ -116,41 +116,7 @@ fn regions(frame: &Labelled<'_>) -> Vec<u16> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::Format;
     use crate::export::testing;
-
-    #[test]
-    fn labels_and_instances_agree_and_every_region_is_one_instance() {
-        let files = testing::exported(Format::Cityscapes);
-        assert_eq!(files.len(), 7);
-        for frame in 0..2 {
-            let labels = &testing::labels(2 + frame);
-            let gray = |kind: &str| {
-                let name = format!("gtFine/rgb_{frame}_gtFine_{kind}.png");
-                png::decode_gray(&files[&name]).unwrap().2
-            };
-            assert_eq!(&gray("labelIds"), labels);
-            let mut areas: BTreeMap<u16, u64> = BTreeMap::new();
-            for (&id, &label) in gray("instanceIds").iter().zip(labels) {
-                let has_instances = label != VOID && label <= 64;
-                let class = if has_instances { id / INSTANCES } else { id };
-                assert_eq!(class, label, "instance {id}");
-                *areas.entry(id).or_default() += 1;
-            }
-            let mut expected: BTreeMap<u16, u64> = BTreeMap::new();
-            let mut seen: BTreeMap<u16, u16> = BTreeMap::new();
-            for component in components(labels, testing::WIDTH, Neighbours::SidesAndCorners) {
-                let number = seen.entry(component.label).or_default();
-                let id = match component.label {
-                    label @ 1..=64 => label * INSTANCES + *number,
-                    label => label,
-                };
-                *number += 1;
-                *expected.entry(id).or_default() += component.area();
-            }
-            assert_eq!(areas, expected);
-        }
-    }
 
     #[test]
     fn a_class_with_too_many_regions_is_a_group() {

@@ -53,37 +53,3 @@ fn blended(frame: &Labelled<'_>) -> Result<Vec<u8>, Refusal> {
     }
     Ok(rgb)
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::export::Format;
-    use crate::export::testing::{self, HEIGHT, WIDTH};
-    use crate::labels::VOID;
-
-    #[test]
-    fn labelled_pixels_are_half_their_colour_and_void_is_the_image() {
-        let files = testing::exported(Format::Overlay);
-        assert_eq!(files.len(), 2);
-        let jpeg = image::load_from_memory(&files["overlay/rgb_1.jpg"])
-            .unwrap()
-            .into_rgb8();
-        assert_eq!(jpeg.dimensions(), (WIDTH, HEIGHT));
-        let scene = testing::scene();
-        let mut off = 0.0;
-        for (index, (pixel, label)) in jpeg.pixels().zip(testing::labels(3)).enumerate() {
-            let image = scene.frames[1].color().pixel(index);
-            let color = testing::classes().into_iter().find(|class| class.id == label);
-            assert_eq!(color.is_none(), label == VOID);
-            let expected = match color {
-                Some(class) => [0, 1, 2].map(|c| image[c].midpoint(class.color[c])),
-                None => image,
-            };
-            for (value, expected) in pixel.0.into_iter().zip(expected) {
-                off += f64::from(value.abs_diff(expected));
-            }
-        }
-        // What compressing such small patches costs; the colours alone are 60 off on average, the image 40.
-        let mean = off / f64::from(3 * WIDTH * HEIGHT);
-        assert!(mean < 15.0, "{mean}");
-    }
-}

@@ -147,12 +147,3 @@ pub(super) fn labels(number: usize) -> Vec<ClassId> {
     }
     labels
 }
-
-/// What an export of the scene with the maps 2 and 3 writes, by paths below its folder.
-pub(super) fn exported(format: Format) -> BTreeMap<String, Vec<u8>> {
-    let maps = maps(SIZE, &[labels(2), labels(3)]);
-    let root = tempfile::tempdir().unwrap();
-    let options = (format, &Options::default());
-    export_all(root.path(), &scene(), &classes(), &maps, options).unwrap();
-    files(root.path())
-}
