@@ -99,6 +99,16 @@ impl Session {
         }
     }
 
+    /// A session with somebody else at the other end of these channels in place of a worker, as tests have it.
+    pub fn answered_by(commands: Sender<Command>, events: Receiver<Event>, maps: Arc<MapSlots>) -> Self {
+        Self {
+            commands,
+            events,
+            maps,
+            worker: None,
+        }
+    }
+
     /// Asks the worker to do something; never waits. Without effect once the worker has ended.
     pub fn send(&self, command: Command) {
         // A worker that has ended has reported it by `Event::Stopped` or `Event::Error`.

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use inplace_core::project::{autosave_path, configuration_folder, pictures_folder};
 use inplace_core::scene::SceneSource;
+use inplace_core::session::Session;
 use inplace_model::opening::Target;
 use inplace_model::preferences::Store;
-use inplace_model::session_link::real_sessions;
 use inplace_model::text::PROGRAM;
 
 use crate::app::{App, Environment, UiOptions};
@@ -133,7 +133,7 @@ fn start(
             crate::view3d::make_ready(render);
         }
         let environment = Environment {
-            sessions: real_sessions(),
+            sessions: Box::new(Session::beside_window),
             autosave: Arc::new(autosave_path),
             preferences,
             pictures: pictures_folder(),

@@ -1,52 +1,24 @@
-//! The seam between the window and the worker, so that tests can stand in for the worker.
+//! The session as the window has it.
 
 use std::sync::Arc;
 
 use inplace_core::drop_on_thread;
 use inplace_core::session::{Command, Event, MapSlots, Session, SessionOptions};
 
-/// A running session as the window sees it. Nothing here ever waits.
-pub trait SessionLink: Send {
-    /// Asks the worker to do something.
-    fn send(&self, command: Command);
-    /// The next thing that the worker told, if any.
-    fn next_event(&self) -> Option<Event>;
-    /// The newest map of every frame.
-    fn maps(&self) -> &Arc<MapSlots>;
-}
-
-impl SessionLink for Session {
-    fn send(&self, command: Command) {
-        Self::send(self, command);
-    }
-
-    fn next_event(&self) -> Option<Event> {
-        self.events().try_recv().ok()
-    }
-
-    fn maps(&self) -> &Arc<MapSlots> {
-        Self::maps(self)
-    }
-}
-
-/// Starts sessions; `wake` is to be called after every event.
-pub type SessionStarter = Box<dyn Fn(SessionOptions, Box<dyn Fn() + Send + Sync>) -> Box<dyn SessionLink>>;
-
-/// Starts real sessions.
-pub fn real_sessions() -> SessionStarter {
-    Box::new(|options, wake| Box::new(Session::beside_window(options, wake)))
-}
+/// Starts sessions; `wake` is to be called after every event. Tests answer them in place of a worker.
+pub type SessionStarter = Box<dyn Fn(SessionOptions, Box<dyn Fn() + Send + Sync>) -> Session>;
 
 /// A session that ends off the UI thread: dropping it waits for the worker.
+#[derive(Debug)]
 pub struct Running {
     /// `None` at its end alone.
-    session: Option<Box<dyn SessionLink>>,
+    session: Option<Session>,
     maps: Arc<MapSlots>,
 }
 
 impl Running {
     /// Takes over a session.
-    pub fn new(session: Box<dyn SessionLink>) -> Self {
+    pub fn new(session: Session) -> Self {
         Self {
             maps: Arc::clone(session.maps()),
             session: Some(session),
@@ -62,7 +34,7 @@ impl Running {
 
     /// The next thing that the worker told, if any.
     pub fn next_event(&self) -> Option<Event> {
-        self.session.as_ref()?.next_event()
+        self.session.as_ref()?.events().try_recv().ok()
     }
 
     /// The newest map of every frame.
@@ -75,11 +47,5 @@ impl Drop for Running {
     fn drop(&mut self) {
         // Without a thread the window waits, at worst 100 ms.
         drop_on_thread("inplace-session-end", self.session.take());
-    }
-}
-
-impl std::fmt::Debug for Running {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("Running").finish_non_exhaustive()
     }
 }

@@ -13,11 +13,10 @@ use inplace_core::guide::Suggestion;
 use inplace_core::labels::{LabelSet, ObjectId, StrokeId};
 use inplace_core::scene::{ColorImage, OpenOptions, Scene, SceneSource, Viewpoint};
 use inplace_core::semantics::LabelPropagation;
-use inplace_core::session::{self, Event, FrameMap, MapSlots, RenderedView};
+use inplace_core::session::{self, Event, FrameMap, MapSlots, RenderedView, Session};
 use inplace_model::exporting::ExportProgress;
 use inplace_model::preferences::Store;
 use inplace_model::project_session::SavedState;
-use inplace_model::session_link::SessionLink;
 use inplace_model::tool::Tool;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Model};
@@ -82,24 +81,6 @@ impl Worker {
     /// The commands since the last call.
     pub fn received(&self) -> Vec<session::Command> {
         self.commands.try_iter().collect()
-    }
-}
-
-pub struct Link {
-    pub commands: Sender<session::Command>,
-    pub events: Receiver<Event>,
-    pub maps: Arc<MapSlots>,
-}
-
-impl SessionLink for Link {
-    fn send(&self, command: session::Command) {
-        let _ = self.commands.send(command);
-    }
-    fn next_event(&self) -> Option<Event> {
-        self.events.try_recv().ok()
-    }
-    fn maps(&self) -> &Arc<MapSlots> {
-        &self.maps
     }
 }
 
@@ -223,11 +204,7 @@ impl Window {
                             commands: command_inbox,
                             maps: Arc::clone(&maps),
                         });
-                        Box::new(Link {
-                            commands,
-                            events,
-                            maps,
-                        })
+                        Session::answered_by(commands, events, maps)
                     }),
                     preferences: Store::open(preferences_file(&folder)),
                     renderer: String::new(),

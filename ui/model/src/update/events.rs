@@ -119,37 +119,24 @@ impl Model {
 mod tests {
     use std::path::Path;
 
+    use crossbeam_channel::unbounded;
     use inplace_core::labels::{History, read_class_list};
     use inplace_core::scene::{Scene, SceneSource};
-    use inplace_core::session::{self, MapSlots};
+    use inplace_core::session::Session;
 
     use super::*;
     use crate::document::Document;
     use crate::model::Start;
-    use crate::session_link::{Running, SessionLink};
+    use crate::session_link::Running;
     use crate::workspace::Workspace;
     use crate::{Command, Input};
-
-    /// A worker that never answers.
-    struct Silent(Arc<MapSlots>);
-
-    impl SessionLink for Silent {
-        fn send(&self, _: session::Command) {}
-
-        fn next_event(&self) -> Option<Event> {
-            None
-        }
-
-        fn maps(&self) -> &Arc<MapSlots> {
-            &self.0
-        }
-    }
 
     #[test]
     fn what_an_import_that_was_cancelled_read_and_what_is_wrong_with_another_scene_is_dropped() {
         let mut model = Model::new(Start::default());
         let scene = Arc::new(Scene::new(SceneSource::Demo, "test", Vec::new()));
-        let session = Running::new(Box::new(Silent(Arc::default())));
+        let ((commands, _), (_, events)) = (unbounded(), unbounded());
+        let session = Running::new(Session::answered_by(commands, events, Arc::default()));
         let workspace = Workspace::new(scene, 1, session, Document::new(History::default(), 0));
         model.state.stage = Stage::Open(Box::new(workspace));
         model.state.importing = Some(7);
