@@ -366,31 +366,6 @@ mod tests {
     }
 
     #[test]
-    fn stepping_goes_round_and_leaves_answered_places_out() {
-        let mut suggestions = at_the_second_of(&[1.0, 2.0, 3.0]);
-        assert_eq!(suggestions.step(false), Some(2));
-        assert_eq!(suggestions.step(false), Some(0));
-        assert_eq!(suggestions.step(true), Some(2));
-        suggestions.answered(2, 1, StrokeId(7));
-        assert_eq!(suggestions.step(true), Some(1));
-        assert_eq!(suggestions.step(false), Some(0));
-        suggestions.leave();
-        assert_eq!(suggestions.step(true), Some(1));
-    }
-
-    #[test]
-    fn a_skipped_place_comes_back_when_something_else_is_likely_there() {
-        let mut suggestions = at_the_second_of(&[1.0, 2.0, 3.0]);
-        assert_eq!(suggestions.skip(), Some(1));
-        assert_eq!(positions(&suggestions), [1.0, 3.0]);
-        suggestions.leave();
-        suggestions.take_list(2, vec![place(2.0, 1), place(1.0, 1)], 2);
-        assert_eq!(positions(&suggestions), [1.0]);
-        suggestions.take_list(3, vec![place(2.0, 5)], 3);
-        assert_eq!((positions(&suggestions), suggestions.skipped()), (vec![2.0], 0));
-    }
-
-    #[test]
     fn nothing_moves_under_the_pointer_unless_the_labels_change() {
         let mut suggestions = Suggestions::default();
         suggestions.take_list(1, vec![place(1.0, 1)], 1);

@@ -99,8 +99,11 @@ fn n_goes_through_the_places_and_digits_answer_the_one_at_hand_and_choose_classe
     window.sees_part("Suggestion 1 of 3");
     window.key(Key::N);
     assert_eq!(window.frame_index(), 1);
-    window.press(Modifiers::SHIFT, Key::N);
-    assert_eq!((window.frame_index(), window.strokes()), (3, 0));
+    // Round and back.
+    for (modifiers, frame) in [(Modifiers::SHIFT, 3), (Modifiers::SHIFT, 2), (Modifiers::NONE, 3)] {
+        window.press(modifiers, Key::N);
+        assert_eq!((window.frame_index(), window.strokes()), (frame, 0));
+    }
     window.key(Key::Num2);
     assert_eq!(last_stroke(&window), (3, FLOOR, [20, 30]));
     assert_eq!(window.workspace().class, Some(WALL), "the brush keeps its class");
@@ -143,6 +146,10 @@ fn a_skipped_place_is_not_suggested_again_until_it_is_asked_for() {
     assert_eq!((listed(&window), window.frame_index()), (vec![1], 1));
     window.suggest(generation, list());
     assert_eq!(listed(&window), [1]);
+    // Something else is likely there now.
+    window.suggest(generation, vec![place(3, [20, 30], &[FLOOR])]);
+    assert_eq!(listed(&window), [1, 3]);
+    window.key(Key::X);
     window.key(Key::Delete);
     assert!(listed(&window).is_empty() && !window.workspace().suggestions().is_active());
     assert_eq!(window.strokes(), 0);
