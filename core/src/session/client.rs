@@ -12,7 +12,7 @@ use crate::scene::Scene;
 
 /// A session with its newest status.
 pub struct Client {
-    session: Session,
+    pub(super) session: Session,
     status: Status,
     observe: Box<dyn FnMut(&Event)>,
 }

@@ -28,75 +28,63 @@ pub(super) fn options() -> SessionOptions {
 }
 
 /// A session on a wall in nine frames.
-fn start() -> Session {
+fn start() -> Client {
     start_with(options())
 }
 
-fn start_with(options: SessionOptions) -> Session {
-    Session::on(Arc::new(wall(9, 64, 48)), options, || {})
+fn start_with(options: SessionOptions) -> Client {
+    on(wall(9, 64, 48), options)
+}
+
+fn on(scene: Scene, options: SessionOptions) -> Client {
+    Client::observing(Session::on(Arc::new(scene), options, || {}), |_| {})
 }
 
 /// Bytes of the images of four of the wall's frames: three of colour and two of depth a pixel.
 const FOUR_FRAMES: u64 = 4 * 64 * 48 * 5;
 
 /// A session on a capture in a folder, with so many bytes of memory for its images.
-fn start_on(folder: &Path, image_bytes: u64) -> Session {
+fn start_on(folder: &Path, image_bytes: u64) -> Client {
     let mut options = options();
     options.source = SceneSource::Folder(folder.to_path_buf());
     options.open.image_bytes = image_bytes;
-    Session::start(options, || {})
+    Client::start(options)
 }
 
 /// Waits for an event that `pick` takes; an error event fails the test.
-fn wait<T>(session: &Session, mut pick: impl FnMut(&Event) -> Option<T>) -> T {
-    let end = Instant::now() + PATIENCE;
-    while let Ok(event) = session.events().recv_deadline(end) {
-        if let Event::Error(reason) = &event {
-            panic!("{reason}");
-        }
-        if let Some(found) = pick(&event) {
-            return found;
-        }
-    }
-    panic!("nothing came in {PATIENCE:?}");
+fn wait<T>(client: &mut Client, mut pick: impl FnMut(&Event) -> Option<T>) -> T {
+    let mut found = None;
+    let is_it = |event: &Event| {
+        found = pick(event);
+        found.is_some()
+    };
+    client.wait_until(Some(Instant::now() + PATIENCE), is_it).unwrap();
+    found.unwrap()
 }
 
-/// Waits for the scene.
-fn opened(session: &Session) -> Arc<Scene> {
-    wait(session, |event| match event {
-        Event::Opened(scene) => Some(Arc::clone(scene)),
-        _ => None,
-    })
-}
-
-fn wait_for_status(session: &Session, is_it: impl Fn(&Status) -> bool) -> Status {
-    wait(session, |event| match event {
+fn wait_for_status(client: &mut Client, is_it: impl Fn(&Status) -> bool) -> Status {
+    wait(client, |event| match event {
         Event::Status(status) => Some(status.clone()).filter(&is_it),
         _ => None,
     })
 }
 
-fn rendered(session: &Session, is_it: impl Fn(&RenderedView) -> bool) -> Arc<RenderedView> {
-    wait(session, |event| match event {
+fn rendered(client: &mut Client, is_it: impl Fn(&RenderedView) -> bool) -> Arc<RenderedView> {
+    wait(client, |event| match event {
         Event::Rendered(view) => Some(Arc::clone(view)).filter(|view| is_it(view)),
         _ => None,
     })
 }
 
-fn all_maps(session: &Session, generation: u64) -> Vec<Arc<FrameMap>> {
-    wait(session, |event| {
-        matches!(event, Event::AllMaps { generation: g } if *g == generation).then_some(())
-    });
-    (0..session.maps().len())
-        .map(|frame| session.maps().get(frame).unwrap())
-        .collect()
+/// The maps of all frames once they follow these labels.
+fn maps_of(client: &mut Client, history: &History, generation: u64) -> Vec<Arc<FrameMap>> {
+    client.label(history.labels().clone(), generation);
+    all_maps(client, generation)
 }
 
-fn send_labels(session: &Session, history: &History, generation: u64) {
-    session.send(Command::Labels {
-        labels: history.labels().clone(),
-        generation,
-    });
+fn all_maps(client: &mut Client, generation: u64) -> Vec<Arc<FrameMap>> {
+    client.mapped(generation).unwrap();
+    client.all_maps(generation).unwrap()
 }
 
 /// Dark wall clicked on the first frame, bright wall on the last.
@@ -110,14 +98,13 @@ fn two_clicks_label_every_frame_on_both_sides_of_the_border_be_it_a_keyframe_or_
     let capture = folder.path().join("wall");
     write_replica(&wall(9, 64, 48), &capture, None).unwrap();
     for (image_bytes, keyframes) in [(u64::MAX, 9), (FOUR_FRAMES, 4)] {
-        let session = start_on(&capture, image_bytes);
-        let scene = opened(&session);
+        let mut client = start_on(&capture, image_bytes);
+        let scene = client.opened().unwrap();
         assert_eq!(scene.keyframes().len(), keyframes);
         let others = (0..9).filter(|&frame| scene.frames[frame].is_keyframe() == (keyframes == 9));
         let others: Vec<usize> = others.collect();
         let clicks = [(others[0], 1, [10, 20]), (others[4], 2, [50, 30])];
-        send_labels(&session, &clicked(&["dark", "bright"], &clicks), 1);
-        let maps = all_maps(&session, 1);
+        let maps = maps_of(&mut client, &clicked(&["dark", "bright"], &clicks), 1);
         assert_eq!(maps.len(), 9);
         for map in maps {
             // Well away from the border, which runs near the middle of every frame.
@@ -133,9 +120,9 @@ fn two_clicks_label_every_frame_on_both_sides_of_the_border_be_it_a_keyframe_or_
 #[test]
 fn colours_alone_give_a_surface_before_the_first_training_step() {
     let (scene, depths) = capture(true);
-    let session = Session::on(Arc::new(scene), options(), || {});
-    session.send(Command::Pause);
-    let opened = opened(&session);
+    let mut client = on(scene, options());
+    client.send(Command::Pause);
+    let opened = client.opened().unwrap();
     assert!(!opened.has_depth());
     for (frame, truth) in opened.frames.iter().zip(&depths) {
         let error = |point: &SparsePoint| {
@@ -147,7 +134,7 @@ fn colours_alone_give_a_surface_before_the_first_training_step() {
         errors.sort_by(f32::total_cmp);
         assert!(errors[errors.len() / 2] < 0.02, "{}", frame.stem);
     }
-    let status = wait_for_status(&session, |status| status.surface_nodes > 0);
+    let status = wait_for_status(&mut client, |status| status.surface_nodes > 0);
     assert_eq!(status.steps, 0);
 }
 
@@ -157,14 +144,14 @@ fn a_capture_is_listed_before_it_is_read_and_whoever_looks_first_reads_a_frame_f
     let capture = folder.path().join("wall");
     write_replica(&wall(9, 64, 48), &capture, None).unwrap();
     let open = |image_bytes: u64| {
-        let session = start_on(&capture, image_bytes);
-        let listed = wait(&session, |event| match event {
+        let mut client = start_on(&capture, image_bytes);
+        let listed = wait(&mut client, |event| match event {
             Event::Listed(scene) => Some(Arc::clone(scene)),
             _ => None,
         });
         let looked = listed.frames[5].pixels();
-        let opened = opened(&session);
-        assert_eq!(session.maps().len(), opened.frames.len());
+        let opened = client.opened().unwrap();
+        assert_eq!(client.session.maps().len(), opened.frames.len());
         (listed, looked, opened)
     };
     for all_stay in [true, false] {
@@ -200,23 +187,21 @@ fn every_undo_restores_its_maps_when_the_prior_was_evaluated_before_the_pause() 
     for frame in &mut scene.frames {
         frame.set_depth(None);
     }
-    let session = Session::on(Arc::new(scene), options(), || {});
+    let mut client = on(scene, options());
     // Both on the dark half, so that the graph is in doubt and the prior changes the maps.
     let mut history = clicked(&["left", "right"], &[(0, 1, [6, 20]), (0, 2, [28, 30])]);
-    send_labels(&session, &history, 1);
-    let of_the_graph = pixels(&all_maps(&session, 1));
+    let of_the_graph = pixels(&maps_of(&mut client, &history, 1));
     // All maps again: the prior has been evaluated.
-    all_maps(&session, 1);
-    session.send(Command::Pause);
-    wait_for_status(&session, |status| status.phase == Phase::Paused);
+    all_maps(&mut client, 1);
+    client.send(Command::Pause);
+    wait_for_status(&mut client, |status| status.phase == Phase::Paused);
 
     let mut generation = 1;
-    let mut maps_of = |history: &History| {
+    let mut pixels_of = |history: &History| {
         generation += 1;
-        send_labels(&session, history, generation);
-        pixels(&all_maps(&session, generation))
+        pixels(&maps_of(&mut client, history, generation))
     };
-    let mut before = vec![maps_of(&history)];
+    let mut before = vec![pixels_of(&history)];
     assert!(before[0] != of_the_graph);
     let edits: [fn(&mut History); 5] = [
         |history| drop(history.add_stroke(Stroke::click(4, 1, [60, 10]))),
@@ -227,42 +212,42 @@ fn every_undo_restores_its_maps_when_the_prior_was_evaluated_before_the_pause() 
     ];
     for edit in edits {
         edit(&mut history);
-        before.push(maps_of(&history));
+        before.push(pixels_of(&history));
     }
     assert!(before[1] != before[0]);
     for (edit, before) in before.iter().enumerate().rev().skip(1) {
         history.undo();
-        assert!(maps_of(&history) == *before, "after the undo of edit {edit}");
+        assert!(pixels_of(&history) == *before, "after the undo of edit {edit}");
     }
     for (edit, before) in before.iter().enumerate().skip(1) {
         history.redo();
-        assert!(maps_of(&history) == *before, "after the redo of edit {edit}");
+        assert!(pixels_of(&history) == *before, "after the redo of edit {edit}");
     }
 }
 
 #[test]
 fn where_depth_is_measured_everywhere_nothing_is_trained_before_somebody_looks_at_the_field() {
-    let session = start_with(SessionOptions {
+    let mut client = start_with(SessionOptions {
         views: false,
         ..options()
     });
-    let viewpoint = opened(&session).frames[4].viewpoint();
-    send_labels(&session, &two_clicks(), 1);
-    let status = wait_for_status(&session, |status| status.is_final(1));
+    let viewpoint = client.opened().unwrap().frames[4].viewpoint();
+    client.label(two_clicks().labels().clone(), 1);
+    let status = wait_for_status(&mut client, |status| status.is_final(1));
     assert_eq!(status.steps, 0);
     assert_eq!(status.training_end, Some(TrainingEnd::NotNeeded));
-    session.send(Command::Render(viewpoint));
-    let view = rendered(&session, |_| true);
+    client.send(Command::Render(viewpoint));
+    let view = rendered(&mut client, |_| true);
     assert!(view.labels.is_none(), "nothing was learnt yet");
     // Each view trains the field for a while.
     let labels = loop {
-        session.send(Command::Render(viewpoint));
-        let view = rendered(&session, |view| view.is_last);
+        client.send(Command::Render(viewpoint));
+        let view = rendered(&mut client, |view| view.is_last);
         if let Some(labels) = view.labels.as_ref().filter(|_| view.steps > 100) {
             break Arc::clone(&labels.classes);
         }
     };
-    let shown = session.maps().get(4).unwrap().labels().into_owned();
+    let shown = client.map(4).unwrap().labels().into_owned();
     let right = labels.iter().zip(&shown);
     let right = right.filter(|(rendered, shown)| rendered == shown).count();
     assert!(right > labels.len() / 2, "{right}");
@@ -270,35 +255,31 @@ fn where_depth_is_measured_everywhere_nothing_is_trained_before_somebody_looks_a
 
 #[test]
 fn a_pause_stops_the_steps_until_training_is_resumed_or_goes_on_from_a_saved_state() {
-    let session = start();
-    wait_for_status(&session, |status| status.steps >= 20);
-    session.send(Command::Pause);
-    let paused_at = wait_for_status(&session, |status| status.phase == Phase::Paused).steps;
+    let mut client = start();
+    wait_for_status(&mut client, |status| status.steps >= 20);
+    client.send(Command::Pause);
+    let paused_at = wait_for_status(&mut client, |status| status.phase == Phase::Paused).steps;
     std::thread::sleep(Duration::from_millis(600));
-    session.send(Command::Save);
-    let state = wait(&session, |event| match event {
-        Event::State(state) => Some(Arc::clone(state)),
-        _ => None,
-    });
+    let state = client.saved().unwrap();
     assert_eq!(state.steps, paused_at);
-    session.send(Command::Resume);
-    wait_for_status(&session, |status| status.steps > paused_at);
-    drop(session);
-    let session = start_with(SessionOptions {
+    client.send(Command::Resume);
+    wait_for_status(&mut client, |status| status.steps > paused_at);
+    drop(client);
+    let mut client = start_with(SessionOptions {
         state: Some(Arc::clone(&state).into()),
         ..options()
     });
-    let first = wait_for_status(&session, |_| true);
+    let first = wait_for_status(&mut client, |_| true);
     assert!(first.steps >= state.steps);
 }
 
 #[test]
 fn suggestions_follow_the_maps_and_checks_of_the_strokes_too_once_they_are_wanted() {
-    let session = start();
+    let mut client = start();
     let mut history = two_clicks();
     let mut unasked = 0;
-    send_labels(&session, &history, 1);
-    let suggestions = wait(&session, |event| {
+    client.label(history.labels().clone(), 1);
+    let suggestions = wait(&mut client, |event| {
         unasked += usize::from(matches!(event, Event::StrokeChecks { .. }));
         match event {
             Event::Suggestions {
@@ -309,9 +290,9 @@ fn suggestions_follow_the_maps_and_checks_of_the_strokes_too_once_they_are_wante
         }
     });
     assert!(!suggestions.is_empty() && unasked == 0);
-    session.send(Command::CheckStrokes);
-    let checks = |wanted: u64| {
-        wait(&session, |event| match event {
+    client.send(Command::CheckStrokes);
+    let checks = |client: &mut Client, wanted: u64| {
+        wait(client, |event| match event {
             Event::StrokeChecks {
                 generation,
                 checks,
@@ -321,16 +302,16 @@ fn suggestions_follow_the_maps_and_checks_of_the_strokes_too_once_they_are_wante
         })
     };
     // Each is alone in its class.
-    assert_eq!(checks(1), (Vec::new(), None));
+    assert_eq!(checks(&mut client, 1), (Vec::new(), None));
     history.add_stroke(Stroke::click(1, 1, [12, 30]));
     history.add_stroke(Stroke::click(7, 2, [8, 24]));
-    send_labels(&session, &history, 3);
-    let (checks, accuracy) = checks(3);
+    client.label(history.labels().clone(), 3);
+    let (checks, accuracy) = checks(&mut client, 3);
     assert_eq!(checks.len(), 4);
     assert!(accuracy.is_some_and(|accuracy| accuracy < 1.0), "{checks:?}");
 }
 
-fn reference() -> Session {
+fn reference() -> Client {
     start_with(SessionOptions {
         preset: Preset::Reference,
         ..options()
@@ -339,12 +320,11 @@ fn reference() -> Session {
 
 #[test]
 fn the_reference_maps_every_frame_when_it_is_asked_to_settle() {
-    let session = reference();
+    let mut client = reference();
     let mut history = two_clicks();
     history.add_stroke(Stroke::click(3, VOID, [20, 20]));
-    send_labels(&session, &history, 1);
-    session.send(Command::Settle);
-    let maps = all_maps(&session, 1);
+    client.send(Command::Settle);
+    let maps = maps_of(&mut client, &history, 1);
     assert_eq!(maps.len(), 9);
     for map in &maps {
         let void = map.labels().iter().filter(|&&label| label == VOID).count();
@@ -354,37 +334,38 @@ fn the_reference_maps_every_frame_when_it_is_asked_to_settle() {
     assert_eq!(maps[0].labels()[20 * 64 + 10], 1);
     assert_eq!(maps[8].labels()[30 * 64 + 50], 2);
     // Finer and finer, with what is known reported.
-    let status = wait_for_status(&session, |status| status.map_stride == Some(32));
+    let status = wait_for_status(&mut client, |status| status.map_stride == Some(32));
     assert!(status.mean_entropy.is_some() && status.held_out_psnr.is_some() && !status.settled);
     assert_eq!(status.surface_nodes, 0);
 }
 
 #[test]
 fn the_reference_stops_in_the_middle_of_a_step() {
-    let session = reference();
-    send_labels(&session, &two_clicks(), 1);
-    wait_for_status(&session, |status| status.geometry_seconds > 0.0);
-    session.send(Command::Pause);
-    let paused = wait_for_status(&session, |status| status.phase == Phase::Paused);
+    let mut client = reference();
+    client.label(two_clicks().labels().clone(), 1);
+    wait_for_status(&mut client, |status| status.geometry_seconds > 0.0);
+    client.send(Command::Pause);
+    let paused = wait_for_status(&mut client, |status| status.phase == Phase::Paused);
     assert_eq!(paused.steps, 0, "a whole step takes far longer");
-    session.send(Command::Stop);
-    wait(&session, |event| matches!(event, Event::Stopped).then_some(()));
+    client.send(Command::Stop);
+    let ended = client.work_until(Instant::now() + PATIENCE);
+    assert!(matches!(ended, Err(ClientError::Ended)));
 }
 
 #[test]
 fn views_of_the_field_are_rendered_during_a_pause_and_have_the_depth_of_the_wall() {
-    let session = start();
-    let of_frame = opened(&session).frames[4].viewpoint();
-    wait_for_status(&session, |status| status.steps >= 200);
-    session.send(Command::Pause);
+    let mut client = start();
+    let of_frame = client.opened().unwrap().frames[4].viewpoint();
+    wait_for_status(&mut client, |status| status.steps >= 200);
+    client.send(Command::Pause);
     // From a frame, and from half a metre nearer by another camera.
     let free = Viewpoint {
         camera: Camera::with_horizontal_fov(50, 30, 40.0),
         camera_to_world: of_frame.camera_to_world * Affine3A::from_translation(Vec3::new(0.1, 0.05, 0.5)),
     };
     for (viewpoint, size, away) in [(of_frame, (64, 48), 2.0), (free, (50, 30), 1.5)] {
-        session.send(Command::Render(viewpoint));
-        let view = rendered(&session, |view| view.is_last);
+        client.send(Command::Render(viewpoint));
+        let view = rendered(&mut client, |view| view.is_last);
         assert_eq!(view.viewpoint, viewpoint);
         assert_eq!((view.color.width(), view.color.height()), size);
         for pixel in [[10, 10], [25, 15], [40, 20]] {
@@ -396,25 +377,21 @@ fn views_of_the_field_are_rendered_during_a_pause_and_have_the_depth_of_the_wall
 
 #[test]
 fn what_a_stroke_would_win_is_told_while_training_and_changes_no_map() {
-    let session = start();
+    let mut client = start();
     let history = two_clicks();
-    send_labels(&session, &history, 1);
+    client.label(history.labels().clone(), 1);
     // Asked before there is anything to tell it by.
     let click = Stroke::click(4, 1, [40, 30]);
-    session.send(Command::Preview(click.clone()));
-    let before = all_maps(&session, 1);
-    let told = |session: &Session| {
-        wait(session, |event| match event {
-            Event::Preview { generation, preview } => Some((*generation, Arc::clone(preview))),
-            _ => None,
-        })
-    };
-    let (generation, preview) = told(&session);
+    client.send(Command::Preview(click.clone()));
+    let before = all_maps(&mut client, 1);
+    let (generation, preview) = wait(&mut client, |event| match event {
+        Event::Preview { generation, preview } => Some((*generation, Arc::clone(preview))),
+        _ => None,
+    });
     assert_eq!((generation, &preview.stroke), (1, &click));
     let mut after = history.clone();
     after.add_stroke(click);
-    send_labels(&session, &after, 2);
-    let after = all_maps(&session, 2);
+    let after = maps_of(&mut client, &after, 2);
     let (before, after) = (before[4].labels(), after[4].labels());
     let won = before
         .iter()
