@@ -6,7 +6,6 @@ mod checking;
 mod client;
 mod demand;
 mod estimating;
-mod importing;
 mod maps;
 mod message;
 mod opening;

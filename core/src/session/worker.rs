@@ -8,11 +8,11 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
 use candle_core::Tensor;
+use crossbeam_channel::Receiver;
 
 use super::background::Background;
 use super::checking::Checking;
 use super::demand::Demand;
-use super::importing::Importing;
 use super::outbox::Outbox;
 use super::rendering::ViewRendering;
 use super::semantic_trainer::SemanticTrainer;
@@ -24,7 +24,7 @@ use crate::field::{FieldError, Trainer};
 use crate::guide::Suggestion;
 use crate::labels::{LabelSet, Stroke};
 use crate::scene::{Scene, in_one_line};
-use crate::semantics::{FieldDepth, FrameMap, LabelPropagation};
+use crate::semantics::{FieldDepth, FrameMap, LabelPropagation, SurfaceImport};
 
 pub(super) struct Worker<'a> {
     scene: Arc<Scene>,
@@ -35,7 +35,8 @@ pub(super) struct Worker<'a> {
     propagation: Option<LabelPropagation>,
     semantics: SemanticTrainer,
     demand: Demand,
-    importing: Option<Importing>,
+    /// Imported images that are being propagated over a surface.
+    importing: Option<Receiver<Option<SurfaceImport>>>,
     checking: Checking,
     /// A newer surface, until the imported images are propagated over it too.
     waiting: Option<LabelPropagation>,
@@ -235,7 +236,6 @@ impl WorkerTask for Worker<'_> {
     }
 
     fn advance(&mut self) -> Result<bool, WorkerError> {
-        let failed = |reason: &str| WorkerError::Other(reason.to_owned());
         if let Some(propagation) = self.new_propagation()? {
             if self.labels.imported.is_some() && self.propagation.is_some() {
                 // The surface of before stays until the images are propagated over this one too.
@@ -246,10 +246,7 @@ impl WorkerTask for Worker<'_> {
             }
             self.import_if_due();
         }
-        let imported = self.importing.as_ref().map(Importing::ready).transpose();
-        if let Some(import) = imported.map_err(failed)?.flatten() {
-            self.take_import(import);
-        }
+        self.take_import_if_ready()?;
         if self.reporter.is_due() {
             self.report_status();
         }

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use crossbeam_channel::{Receiver, TryRecvError};
+
 use super::Worker;
 use crate::semantics::{LabelPropagation, Surface, SurfaceImport};
-use crate::session::importing::Importing;
+use crate::session::background::in_background;
 use crate::session::serve::{WorkerError, timed};
 
 impl Worker<'_> {
@@ -46,9 +48,30 @@ impl Worker<'_> {
         self.refresh_all();
     }
 
-    /// Starts to propagate the imported images over this surface, in the background.
-    pub(super) fn import_onto(&self, surface: &Arc<Surface>) -> Importing {
-        Importing::start(surface, &self.labels, self.options.threads.max(1))
+    /// Starts to propagate the imported images over this surface, in the background: votes take seconds, and a click must
+    /// not wait for them. There is nothing to propagate where the labels have no imported images.
+    pub(super) fn import_onto(&self, surface: &Arc<Surface>) -> Receiver<Option<SurfaceImport>> {
+        let (surface, labels) = (Arc::clone(surface), self.labels.clone());
+        let propagate = move || SurfaceImport::new(&surface, &labels);
+        in_background("inplace-import", self.options.threads.max(1), propagate)
+    }
+
+    /// Takes imported images over that have been propagated.
+    ///
+    /// # Errors
+    /// The thread that propagates them died.
+    pub(super) fn take_import_if_ready(&mut self) -> Result<(), WorkerError> {
+        match self.importing.as_ref().map(Receiver::try_recv) {
+            Some(Ok(import)) => self.take_import(import),
+            Some(Err(TryRecvError::Disconnected)) => {
+                return Err(WorkerError::Other(
+                    "the imported labels could not be spread; open the scene again and remove them"
+                        .to_owned(),
+                ));
+            }
+            Some(Err(TryRecvError::Empty)) | None => {}
+        }
+        Ok(())
     }
 
     /// Starts to propagate imported images that are not in the maps yet, unless others are under way.
@@ -64,7 +87,7 @@ impl Worker<'_> {
     }
 
     /// Takes imported images over into the maps, with the surface that waited for them.
-    pub(super) fn take_import(&mut self, import: Option<SurfaceImport>) {
+    fn take_import(&mut self, import: Option<SurfaceImport>) {
         self.importing = None;
         if let Some(propagation) = self.waiting.take() {
             self.take_propagation(propagation);
