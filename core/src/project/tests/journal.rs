@@ -27,24 +27,18 @@ fn what_is_committed_is_in_the_file_and_dropping_writes_the_rest() {
     assert_eq!((reopened.maps.len(), reopened.view.as_deref()), (1, Some("{}")));
 }
 
-/// The journal of a project whose folder is gone, and a history with a click that it could not write.
-fn without_folder(folder: &Path) -> (Journal, History) {
-    fs::create_dir(folder).unwrap();
+#[test]
+fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("folder");
+    fs::create_dir(&folder).unwrap();
     let (journal, mut history) = start(&folder.join("p.inplace"));
-    fs::remove_dir_all(folder).unwrap();
+    fs::remove_dir_all(&folder).unwrap();
     journal.record(click(&mut history, 1));
     let JournalEvent::Failed(sentence) = event(&journal) else {
         panic!("a failure is told");
     };
     assert!(sentence.contains("p.inplace"), "{sentence}");
-    (journal, history)
-}
-
-#[test]
-fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("folder");
-    let (journal, mut history) = without_folder(&folder);
     let last = journal.record(click(&mut history, 2));
     fs::create_dir(&folder).unwrap();
     wait_for(|| journal.committed() == last);
@@ -54,18 +48,6 @@ fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
     assert!(told.len() <= 1, "{told:?}");
     journal.close().unwrap();
     assert_saved(&folder.join("p.inplace"), &history);
-}
-
-#[test]
-fn save_as_rescues_the_work_when_the_folder_is_gone() {
-    let root = tempfile::tempdir().unwrap();
-    let (journal, mut history) = without_folder(&root.path().join("folder"));
-    let path = root.path().join("rescued.inplace");
-    journal.save_as(path.clone());
-    while !matches!(event(&journal), JournalEvent::Saved { .. }) {}
-    journal.record(click(&mut history, 2));
-    journal.close().unwrap();
-    assert_saved(&path, &history);
 }
 
 #[test]
