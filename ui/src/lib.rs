@@ -6,25 +6,25 @@
 #![forbid(unsafe_code)]
 
 pub mod app;
-pub mod background;
+mod background;
 pub mod canvas;
-pub mod dialogs;
+mod dialogs;
 mod gpu;
 mod input_order;
-pub mod jobs;
-pub mod keys;
+mod jobs;
+mod keys;
 mod numbers;
-pub mod panels;
-pub mod pictures;
+mod panels;
+mod pictures;
 mod run;
-pub mod stats;
+mod stats;
 #[cfg(test)]
 mod tests;
-pub mod theme;
-pub mod thumbnails;
-pub mod trace;
-pub mod view3d;
-pub mod widgets;
+mod theme;
+mod thumbnails;
+mod trace;
+mod view3d;
+mod widgets;
 
 pub use app::UiOptions;
 pub use inplace_model::opening::Target;

@@ -4,60 +4,39 @@ use egui::{Color32, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, Vec2, 
 
 use crate::theme;
 
-/// A painted icon.
+/// A painted icon, named after what it shows or what it is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Icon {
-    /// Turn back.
     Undo,
-    /// Turn forward.
     Redo,
     /// The corners of a frame.
     Fit,
-    /// A brush.
     Brush,
-    /// An eraser.
     Eraser,
-    /// Two bars.
     Pause,
-    /// A triangle.
     Play,
-    /// A cross.
     Close,
     /// Three dots.
     More,
-    /// Plus.
     Add,
-    /// An i in a circle.
     Info,
-    /// An exclamation mark in a triangle.
     Warning,
-    /// A folder.
     Folder,
-    /// A line with corners.
     Polyline,
-    /// An outline with corners.
     Polygon,
-    /// An arrow that points.
     Select,
-    /// A bin.
     Delete,
-    /// Upwards.
     Up,
-    /// Downwards.
     Down,
     /// To the right: there is more below.
     Folded,
     /// Downwards, small: what is below belongs to it.
     Unfolded,
-    /// A closed padlock.
     Locked,
-    /// An open padlock.
     Unlocked,
-    /// An eye that is crossed out.
     Hidden,
     /// A frame in two halves.
     Compare,
-    /// A tick.
     Check,
 }
 
