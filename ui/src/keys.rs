@@ -187,7 +187,7 @@ mod tests {
     use std::collections::HashSet;
 
     use super::*;
-    use crate::keys::table::{ERASE, HELP, NEXT_SUGGESTION, REDO};
+    use crate::keys::table::{ERASE, HELP, REDO};
     use inplace_core::guide::audit::Verdict;
     use inplace_model::dialogs::Dialog;
 
@@ -236,20 +236,6 @@ mod tests {
         let judge = |key| command_of(&KeyMap::default(), parsed(key), Asked::Place);
         assert_eq!(judge("N"), Some(Command::Judge(Verdict::Wrong)));
         assert_eq!(judge("3"), Some(Command::ChooseSlot(3)));
-    }
-
-    #[test]
-    fn a_key_that_was_given_to_something_else_does_only_that() {
-        let mut map = KeyMap::default();
-        map.set(parsed("N"), Some(parsed("E")));
-        map.set(parsed("E"), None);
-        let command = |key| command_of(&map, parsed(key), Asked::Nothing);
-        assert_eq!(command("E"), Some(Command::NextSuggestion));
-        assert_eq!(command("N"), None);
-        assert_eq!(
-            meaning(&map, parsed("E")),
-            Some((NEXT_SUGGESTION.does, parsed("N")))
-        );
     }
 
     #[test]

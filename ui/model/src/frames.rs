@@ -276,20 +276,6 @@ mod tests {
     }
 
     #[test]
-    fn stepping_goes_through_the_frames_shown_also_from_one_that_is_not() {
-        let mut list = list();
-        list.set_filter(FrameFilter::Unlabelled);
-        assert_eq!((list.step(1, 1), list.step(3, -1)), (Some(3), Some(1)));
-        assert_eq!((list.step(2, 1), list.step(2, -1)), (Some(3), Some(1)));
-        assert_eq!((list.step(0, -1), list.step(4, 1)), (None, None));
-        list.set_order(FrameOrder::Uncertainty);
-        assert_eq!(list.shown, [3, 1, 4]);
-        assert_eq!((list.step(3, 1), list.step(1, 1)), (Some(1), Some(4)));
-        // Frame 2 is less sure than 4 and surer than 1.
-        assert_eq!((list.step(2, 1), list.step(2, -1)), (Some(4), Some(1)));
-    }
-
-    #[test]
     fn the_order_by_uncertainty_stays_until_it_is_chosen_again() {
         let mut list = list();
         list.set_order(FrameOrder::Uncertainty);

@@ -199,19 +199,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_scale_stays_within_its_limits() {
-        let mut preferences = Preferences::default();
-        for (change, scale) in [
-            (PreferenceChange::StepScale(2), 120),
-            (PreferenceChange::StepScale(100), 300),
-            (PreferenceChange::Scale(7), 100),
-        ] {
-            preferences.change(change.clone());
-            assert_eq!(preferences.scale, scale, "{change:?}");
-        }
-    }
-
-    #[test]
     fn values_that_make_no_sense_are_as_they_come() {
         let json = json!({
             "theme": 3, "scale": "x", "threads": 0, "look": [], "keys": 1, "recents": {}, "hints": [1, "?"],

@@ -18,6 +18,8 @@ fn the_scale_has_keys_preferences_survive_a_restart_and_damaged_ones_are_set_asi
     window.press(Modifiers::COMMAND, Key::Plus);
     assert_eq!(window.model().preferences.scale, 120);
     assert!((window.harness.ctx.zoom_factor() - 1.2).abs() < 1e-6);
+    window.act(Command::Prefer(PreferenceChange::StepScale(100)));
+    assert_eq!(window.model().preferences.scale, 300);
     window.press(Modifiers::COMMAND, Key::Num0);
     assert_eq!(window.model().preferences.scale, 100);
     window.press(Modifiers::COMMAND, Key::Plus);

@@ -154,6 +154,12 @@ fn frames_are_found_by_number_name_and_filter_and_a_and_d_go_through_those_shown
     window.act(Command::FilterFrames(FrameFilter::Uncertain));
     window.act(Command::OrderFrames(FrameOrder::Uncertainty));
     assert_eq!(window.workspace().overview.frames.shown, [4, 1]);
+    // From one that is surer than both and not shown.
+    window.act(Command::GoToFrame(2));
+    for (key, expected) in [(Key::A, 1), (Key::A, 4), (Key::D, 1)] {
+        window.key(key);
+        assert_eq!(window.frame_index(), expected);
+    }
     window.act(Command::FilterFrames(FrameFilter::Disagreeing));
     window.sees_part("Frame rgb_3: 2 strokes, 1 contradicted");
     answer(&mut window, [1000; FRAMES], &[]);
