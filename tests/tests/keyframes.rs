@@ -2,12 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
-use std::fs;
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use inplace_core::export::{Format, LabelledScene, Options, export};
 use inplace_core::field::Volume;
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::demo::Shot;
@@ -95,29 +92,4 @@ fn what_alpha_hides_is_hidden_in_frames_that_are_no_keyframes_too() {
         }
         assert!(labels.iter().any(|&label| label != 0));
     }
-}
-
-#[test]
-fn an_export_names_the_file_of_a_frame_that_has_vanished_since_the_capture_was_opened() {
-    let disk = OnDisk::default();
-    let scene = open(&disk.path("room"), 5 * 64 * 48);
-    // Without strokes no other frame is read before.
-    let maps = labelled(&scene, &LabelSet::default());
-    let other = scene.frames.iter().find(|frame| !frame.is_keyframe()).unwrap();
-    fs::remove_file(&other.path).unwrap();
-    let out = disk.path("out");
-    let labelled = LabelledScene {
-        scene: &scene,
-        classes: &[],
-        objects: &[],
-        parts: &[],
-        maps: &maps,
-    };
-    let go_on = |_, _| ControlFlow::Continue(());
-    let error = export(&out, labelled, Format::Png, &Options::default(), &go_on).unwrap_err();
-    let name = other.path.file_name().unwrap().to_str().unwrap();
-    let sentence = error.to_string();
-    assert!(sentence.contains(name), "{sentence}");
-    assert!(sentence.contains("can no longer be read"), "{sentence}");
-    assert!(!out.join("classes.json").exists());
 }

@@ -159,6 +159,18 @@ mod tests {
         (history, wall, floor)
     }
 
+    /// Every edit after the first of these states is undone and done again, and leads to them.
+    pub(super) fn assert_walked(history: &mut History, states: &[LabelSet]) {
+        for state in states.iter().rev().skip(1) {
+            history.undo().unwrap();
+            assert_eq!(history.labels(), state);
+        }
+        for state in states.iter().skip(1) {
+            history.redo().unwrap();
+            assert_eq!(history.labels(), state);
+        }
+    }
+
     #[test]
     fn undo_and_redo_walk_through_the_same_labels() {
         let (mut history, wall, floor) = history();
@@ -176,14 +188,7 @@ mod tests {
         history.delete_class(wall).unwrap();
         assert!(history.labels().strokes.is_empty() && history.labels().class(wall).is_none());
         states.push(history.labels().clone());
-        for state in states.iter().rev().skip(1) {
-            history.undo().unwrap();
-            assert_eq!(history.labels(), state);
-        }
-        for state in states.iter().skip(1) {
-            history.redo().unwrap();
-            assert_eq!(history.labels(), state);
-        }
+        assert_walked(&mut history, &states);
         assert!(history.redo().is_none());
     }
 

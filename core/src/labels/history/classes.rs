@@ -206,29 +206,10 @@ fn unused(used: &BTreeSet<ClassId>) -> ClassId {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::PALETTES;
 
     fn named(history: &History) -> Vec<(ClassId, &str)> {
         let classes = history.labels().classes.iter();
         classes.map(|class| (class.id, class.name.as_str())).collect()
-    }
-
-    #[test]
-    fn a_palette_keeps_its_numbers_and_is_taken_back_in_one_step() {
-        let mut history = History::default();
-        let classes = PALETTES[1].classes();
-        let (edit, outcome) = history.add_classes(&classes);
-        assert!(edit.is_some());
-        assert_eq!((&history.labels().classes, &outcome.added), (&classes, &classes));
-        assert!(outcome.known.is_empty() && outcome.renumbered.is_empty());
-        history.undo().unwrap();
-        assert!(history.labels().classes.is_empty());
-        // What was undone takes no number.
-        history.add_classes(&classes);
-        assert_eq!(history.labels().classes, classes);
-        let (edit, outcome) = history.add_classes(&classes);
-        assert!(edit.is_none());
-        assert_eq!(outcome.known.len(), 20);
     }
 
     #[test]

@@ -210,6 +210,7 @@ pub(super) fn unused(used: &BTreeSet<ObjectId>) -> Option<ObjectId> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::history::tests::assert_walked;
     use crate::labels::{History, Pixel};
 
     /// Two chairs with a click each, and a table's click.
@@ -268,14 +269,7 @@ mod tests {
             "what it was is still a chair"
         );
         states.push(history.labels().clone());
-        for state in states.iter().rev().skip(1) {
-            history.undo().unwrap();
-            assert_eq!(history.labels(), state);
-        }
-        for state in states.iter().skip(1) {
-            history.redo().unwrap();
-            assert_eq!(history.labels(), state);
-        }
+        assert_walked(&mut history, &states);
         assert!(history.merge_object(&other, &other).is_none() && history.delete_object(first).is_none());
         assert!(history.rename_object(&other, "table 2").is_none());
     }

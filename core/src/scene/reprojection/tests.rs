@@ -17,7 +17,7 @@ static ROOM: LazyLock<Scene> = LazyLock::new(|| {
     shot.scene(&|_, _| {})
 });
 
-fn room_without_depth() -> Scene {
+pub(super) fn room_without_depth() -> Scene {
     let mut scene = ROOM.clone();
     for frame in &mut scene.frames {
         frame.set_depth(None);

@@ -7,19 +7,12 @@ use rand::rngs::SmallRng;
 use rand::{Rng, SeedableRng};
 
 use super::*;
+use crate::scene::SparsePoint;
+use crate::scene::reprojection::tests::room_without_depth;
 use crate::scene::testing::{on_threads, wall};
-use crate::scene::{SparsePoint, demo};
 
 /// The demo room without depth.
-static ROOM: LazyLock<Scene> = LazyLock::new(|| {
-    let shot = demo::Shot {
-        frames: 40,
-        ..demo::Shot::default()
-    };
-    let mut scene = shot.scene(&|_, _| {});
-    scene.frames.iter_mut().for_each(|frame| frame.set_depth(None));
-    scene
-});
+static ROOM: LazyLock<Scene> = LazyLock::new(room_without_depth);
 
 /// The room with every camera turned and shifted by up to so many degrees and metres about and along each axis.
 fn shaken(degrees: f32, metres: f32) -> Scene {
