@@ -113,24 +113,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn classes_take_the_numbers_of_a_data_set_by_name_and_others_become_void() {
-        let map = IdMap::named("nyu-40").unwrap();
-        let own = [
-            Class::new(7, "Wall "),
-            Class::new(3, "lobster"),
-            Class::new(9, "floor"),
-        ];
-        assert_eq!(map.missing(&own), ["lobster"]);
-        let ids = Ids::new(&own, Some(&map));
-        assert_eq!([7, 3, 9, 0].map(|id| ids.of(id)), [1, VOID, 2, VOID]);
-        let names: Vec<&str> = ids.classes().iter().map(|class| class.name.as_str()).collect();
-        assert_eq!(names, ["wall", "floor"]);
-        let ids = Ids::new(&own, None);
-        assert_eq!([7, 3, 0].map(|id| ids.of(id)), [7, 3, VOID]);
-        assert_eq!(ids.classes(), own);
-    }
-
-    #[test]
     fn a_list_of_ones_own_is_read_and_a_bad_one_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("ids.json");

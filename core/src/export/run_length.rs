@@ -47,28 +47,3 @@ pub(super) fn compressed(counts: &[u32]) -> String {
     }
     text
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn strings_are_those_of_pycocotools() {
-        // mask.encode of a 4 x 3 mask whose right half is set, of one with only the first pixel, and of a full one.
-        let run = |row, first, last| Run { row, first, last };
-        for (runs, expected_counts, expected) in [
-            ((0..3).map(|row| run(row, 2, 3)).collect(), vec![6, 6], "66"),
-            (vec![run(0, 0, 0)], vec![0, 1, 11], "01;"),
-            (
-                (0..3).map(|row| run(row, 0, 3)).collect::<Vec<_>>(),
-                vec![0, 12],
-                "0<",
-            ),
-        ] {
-            let counts = counts(&runs, [4, 3]);
-            assert_eq!(counts, expected_counts);
-            assert_eq!(compressed(&counts), expected);
-        }
-        assert_eq!(compressed(&[100, 3, 97, 3, 900, 40, 7]), "T33Q30Si0U1STO");
-    }
-}

@@ -120,17 +120,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn indices_come_back_with_their_colours() {
-        let palette = [[0, 0, 0], [255, 128, 3], [7, 7, 9]];
-        let png = encode_indexed(3, 2, &[0, 1, 2, 2, 1, 0], &palette).unwrap();
-        assert_eq!(png[24..26], [8, 3], "eight bits, palette");
-        let colors = image::load_from_memory(&png).unwrap().into_rgb8().into_raw();
-        let expected = [0, 1, 2, 2, 1, 0].map(|index: usize| palette[index]);
-        assert_eq!(colors, expected.as_flattened());
-        assert!(encode_indexed(3, 3, &[0; 8], &palette).is_err());
-    }
-
-    #[test]
     fn colours_are_refused_as_labels_and_wrong_sizes_are_errors() {
         let png = encode_rgb(1, 1, &[1, 2, 3]).unwrap();
         assert!(matches!(decode_gray(&png), Err(ImageError::NotGray("colour"))));

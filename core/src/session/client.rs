@@ -182,30 +182,3 @@ impl Client {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::SceneSource;
-    use crate::scene::testing::wall;
-    use crate::session::tests::options;
-
-    #[test]
-    fn what_stops_a_session_is_an_error_of_whoever_waits_for_it() {
-        let mut client = Client::start(SessionOptions {
-            source: SceneSource::Folder("no/such/capture".into()),
-            ..options()
-        });
-        let ClientError::Failed(reason) = client.opened().unwrap_err() else {
-            panic!("it is told why")
-        };
-        assert!(reason.contains("no/such/capture: no such folder"), "{reason}");
-
-        let session = Session::on(Arc::new(wall(3, 32, 24)), options(), || {});
-        let mut client = Client::observing(session, |_| {});
-        assert_eq!(client.opened().unwrap().frames.len(), 3);
-        assert!(!client.settled(7, Some(Instant::now())).unwrap());
-        client.send(Command::Stop);
-        assert!(matches!(client.mapped(7), Err(ClientError::Ended)));
-    }
-}
