@@ -364,18 +364,4 @@ mod tests {
         suggestions.take_list(1, list, 1);
         assert_eq!(positions(&suggestions), [1.0, 3.0, 4.0]);
     }
-
-    #[test]
-    fn nothing_moves_under_the_pointer_unless_the_labels_change() {
-        let mut suggestions = Suggestions::default();
-        suggestions.take_list(1, vec![place(1.0, 1)], 1);
-        suggestions.hold(true);
-        suggestions.take_list(1, vec![place(2.0, 1)], 1);
-        assert_eq!(positions(&suggestions), [1.0]);
-        suggestions.hold(false);
-        assert_eq!(positions(&suggestions), [2.0]);
-        suggestions.hold(true);
-        suggestions.take_list(2, vec![place(3.0, 1)], 2);
-        assert_eq!(positions(&suggestions), [3.0]);
-    }
 }

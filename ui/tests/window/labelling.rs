@@ -18,11 +18,13 @@ fn what_is_typed_is_a_class_and_a_scribble_a_stroke_for_the_worker_until_the_rig
         window.canvas(-60.0, 0.0),
         window.canvas(0.0, 60.0),
         window.canvas(60.0, 0.0),
+        window.canvas(-2000.0, 0.0),
     ];
     window.drag(PointerButton::Primary, &path);
     window.sees("desk pane, 1 stroke");
     let (_, stroke) = window.labels().strokes_of(0).next().unwrap();
-    assert_eq!(stroke.lines[0].len(), 3, "every position is kept");
+    assert_eq!(stroke.lines[0].len(), 4, "every position is kept");
+    assert_eq!(stroke.lines[0][3], [0, HEIGHT / 2], "it stays in the image");
     let (labels, generation) = window.worker().told_labels().unwrap();
     assert_eq!((labels.strokes.len(), generation), (1, window.generation()));
     window.drag(PointerButton::Secondary, &path);

@@ -129,19 +129,6 @@ fn a_scene_can_be_opened_again_right_after_it_was_closed() {
     assert_eq!(window.workspace().document.classes().len(), 1);
 }
 
-#[test]
-fn work_that_has_no_file_says_so_until_it_is_saved_under_a_name() {
-    let folder = tempfile::tempdir().unwrap();
-    // Nothing can be kept where a folder has the name.
-    std::fs::create_dir(folder.path().join("autosave.inplace")).unwrap();
-    let mut window = Window::with_demo(folder.path());
-    window.sees("not saved");
-    label_and_save(&mut window, &folder.path().join("work.inplace"));
-    window.until_saved();
-    window.sees("saved");
-    window.close();
-}
-
 /// A file or folder that is dropped.
 #[derive(Debug)]
 struct Dropped(PathBuf);

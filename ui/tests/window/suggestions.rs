@@ -219,6 +219,13 @@ fn cards_do_not_move_under_the_pointer_and_are_answered_by_their_buttons() {
     }
     window.suggest(generation, vec![place(2, [8, 8], &[WALL])]);
     assert_eq!(listed(&window), [3]);
+    // Other labels have other places.
+    window.act(Command::AddClass("lamp".to_owned()));
+    suggest_now(&mut window, vec![place(4, [9, 9], &[WALL])]);
+    assert_eq!(listed(&window), [4]);
+    let generation = window.generation();
+    window.suggest(generation, vec![place(2, [8, 8], &[WALL])]);
+    assert_eq!(listed(&window), [4]);
     let canvas = window.canvas(0.0, 0.0);
     window.hover(canvas);
     assert_eq!(listed(&window), [2]);
