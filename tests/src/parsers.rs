@@ -100,6 +100,18 @@ impl Fuzzed {
     }
 }
 
+/// Writes a file.
+fn write(path: &Path, bytes: impl AsRef<[u8]>) {
+    fs::write(path, bytes).expect("the temporary folder can be written");
+}
+
+/// Makes folders.
+fn make(folder: &Path, names: &[&str]) {
+    for name in names {
+        fs::create_dir_all(folder.join(name)).expect("the temporary folder can be written");
+    }
+}
+
 /// Asserts that a message is one sentence for people.
 fn assert_sentence(message: &str) {
     assert!(!message.is_empty(), "{message:?}");

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat4};
 use inplace_core::scene::Trajectory;
 
-use super::{Parser, SIZE, assert_sentence, opened};
+use super::{Parser, SIZE, assert_sentence, make, opened, write};
 
 /// The pose of a camera that looks along z from x: four lines of four numbers.
 fn pose(x: u32) -> String {
@@ -28,16 +28,6 @@ fn write_depth(path: &Path) {
     let [width, height] = SIZE;
     let bytes: Vec<u8> = (0..width * height).flat_map(|_| 2000_u16.to_ne_bytes()).collect();
     image::save_buffer(path, &bytes, width, height, image::ColorType::L16).expect("an image");
-}
-
-fn write(path: &Path, bytes: &[u8]) {
-    fs::write(path, bytes).expect("the temporary folder can be written");
-}
-
-fn make(folder: &Path, names: &[&str]) {
-    for name in names {
-        fs::create_dir_all(folder.join(name)).expect("the temporary folder can be written");
-    }
 }
 
 /// Checks what opening a capture makes of files with these paths in its folder and these contents.

@@ -1,6 +1,5 @@
 //! Label images and probabilities from elsewhere.
 
-use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -9,7 +8,7 @@ use inplace_core::labels::{
 };
 use inplace_core::scene::Scene;
 
-use super::{Parser, SIZE, assert_sentence, two_frames};
+use super::{Parser, SIZE, assert_sentence, make, two_frames, write};
 
 static SCENE: LazyLock<Scene> = LazyLock::new(|| two_frames(SIZE));
 
@@ -32,22 +31,16 @@ const OBJECTS_LISTED: &str = r#"[{"id": 1, "class_id": 4, "class_name": "floor",
 
 /// Writes the folders `plain`, `listed`, with a list of classes, and `numbers`, with a list of objects.
 fn prepare(folder: &Path) {
-    for name in ["plain", "listed", "numbers"] {
-        fs::create_dir(folder.join(name)).expect("the temporary folder can be written");
-    }
-    for (name, list) in [
-        ("listed/classes.json", LISTED),
-        ("numbers/objects.json", OBJECTS_LISTED),
-    ] {
-        fs::write(folder.join(name), list).expect("the temporary folder can be written");
-    }
+    make(folder, &["plain", "listed", "numbers"]);
+    write(&folder.join("listed/classes.json"), LISTED);
+    write(&folder.join("numbers/objects.json"), OBJECTS_LISTED);
 }
 
 /// Writes a folder `objects` with numbers from 0 to 5 for each frame.
 fn prepare_numbers(folder: &Path) {
     let [width, height] = SIZE;
     let image = image::GrayImage::from_fn(width, height, |x, _| image::Luma([x as u8 % 6]));
-    fs::create_dir(folder.join("objects")).expect("the temporary folder can be written");
+    make(folder, &["objects"]);
     for frame in &SCENE.frames {
         let path = folder.join(format!("objects/{}.png", frame.stem));
         image.save(path).expect("the temporary folder can be written");
@@ -120,8 +113,7 @@ fn check(folder: &Path, extension: &str, bytes: &[u8]) {
     for name in ["plain", "listed", "numbers"] {
         let folder = folder.join(name);
         for frame in &SCENE.frames {
-            let path = folder.join(format!("{}.{extension}", frame.stem));
-            fs::write(path, bytes).expect("the temporary folder can be written");
+            write(&folder.join(format!("{}.{extension}", frame.stem)), bytes);
         }
         let maps = |trust| read(&folder, trust).map(|images| images.labels.maps);
         let (votes, right) = (maps(Trust::VOTES), maps(Trust::RIGHT));
@@ -146,6 +138,6 @@ pub(super) const ARCHIVE: Parser = Parser::new("imported_npz", prepare, |folder,
 
 /// A list of objects.
 pub(super) const OBJECTS: Parser = Parser::new("imported_objects", prepare_numbers, |folder, bytes| {
-    fs::write(folder.join("objects.json"), bytes).expect("the temporary folder can be written");
+    write(&folder.join("objects.json"), bytes);
     read(folder, Trust::VOTES);
 });

@@ -1,7 +1,6 @@
 //! Files of labels: strokes, class lists and label images.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::sync::LazyLock;
 
 use inplace_core::export::IdMap;
@@ -10,7 +9,7 @@ use inplace_core::labels::{
 };
 use inplace_core::scene::Scene;
 
-use super::{Parser, assert_sentence, two_frames};
+use super::{Parser, assert_sentence, two_frames, write};
 
 pub(super) const STROKES: Parser = Parser::alone("strokes", |_, bytes| {
     static SCENE: LazyLock<Scene> = LazyLock::new(|| two_frames([64, 48]));
@@ -58,7 +57,7 @@ pub(super) const CLASSES: Parser = Parser::alone("classes", |_, bytes| {
 /// A list of classes whose numbers exports take in place of the project's.
 pub(super) const IDS: Parser = Parser::alone("ids", |folder, bytes| {
     let path = folder.join("ids.json");
-    fs::write(&path, bytes).expect("the temporary folder can be written");
+    write(&path, bytes);
     let ids = match IdMap::named(&path.to_string_lossy()) {
         Ok(ids) => ids,
         Err(error) => return assert_sentence(&error.to_string()),

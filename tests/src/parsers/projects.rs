@@ -13,7 +13,7 @@ use inplace_core::scene::{Frame, OpenOptions};
 use inplace_core::session::{FrameMap, ModelState};
 use rusqlite::Connection;
 
-use super::{Parser, assert_sentence, two_frames};
+use super::{Parser, assert_sentence, two_frames, write};
 
 /// The project that is opened, in the folder of a check.
 const NAME: &str = "p.inplace";
@@ -112,7 +112,7 @@ fn check(path: &Path) {
 
 pub(super) const FILE: Parser = Parser::alone("project", |folder, bytes| {
     let path = folder.join(NAME);
-    fs::write(&path, bytes).expect("the temporary folder can be written");
+    write(&path, bytes);
     check(&path);
     // A journal of the file before would belong to this one.
     let _ = fs::remove_file(folder.join("p.inplace-journal"));
@@ -133,7 +133,7 @@ pub(super) const DAMAGED: Parser = Parser {
     },
     check: |folder, bytes| {
         let path = folder.join(NAME);
-        fs::write(&path, bytes).expect("the temporary folder can be written");
+        write(&path, bytes);
         match Opened::open(&path) {
             Ok(Opened {
                 damage: Some(sentence),
