@@ -13,6 +13,8 @@ use inplace_core::scene::Scene;
 use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
 use inplace_core::session::{Client, Command, Event, SurfaceRefiner};
 
+const NO_SURFACE: &str = "no surface was found; train for longer";
+
 /// Learns the geometry, for so long at most; then its surface is final.
 pub(super) fn learn(client: &mut Client, limit: Option<Duration>) -> Result<(), Failure> {
     settle(client, 0, limit)
@@ -42,6 +44,13 @@ pub(super) fn wait_for_map(client: &mut Client, view: usize, labels: u64) -> Res
         _ => false,
     })?;
     Ok(())
+}
+
+/// The surface that a session has found.
+pub(super) fn surface_of(client: &Client, scene: &Scene) -> Result<Arc<Surface>, Failure> {
+    let map = client.map(0);
+    let surface = map.and_then(|map| map.surface().map(|(surface, _)| Arc::clone(surface)));
+    surface.ok_or_else(|| unusable_scene(scene, NO_SURFACE))
 }
 
 /// So many threads, at least one, to compute with.
@@ -79,7 +88,7 @@ pub(super) fn surface(scene: &Arc<Scene>, trainer: &Trainer, size: f32) -> Resul
             return Ok(Arc::clone(spread.surface()));
         }
         if refiner.is_done() {
-            return Err(unusable_scene(scene, "no surface was found; train for longer"));
+            return Err(unusable_scene(scene, NO_SURFACE));
         }
         thread::sleep(Duration::from_millis(5));
     }

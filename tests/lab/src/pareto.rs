@@ -37,7 +37,7 @@ impl Method {
 }
 
 /// How good the maps of the test frames were after so much wall time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ParetoPoint {
     /// Name of the scene.
     pub scene: String,
@@ -58,30 +58,12 @@ pub struct ParetoPoint {
     pub parameters: Option<usize>,
     /// The most memory that the process had held until then, in MB (10^6 bytes), where the system tells.
     pub peak_mb: Option<f64>,
-}
-
-/// Where a session trained no more and all its maps were final.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stop {
-    /// Wall seconds since the start, as in [`ParetoPoint::wall_s`].
-    pub wall_s: f64,
-    /// Steps of training the field.
-    pub steps: u64,
-    /// Why.
-    pub reason: TrainingEnd,
-}
-
-/// What one method came to with one seed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MethodRun {
-    /// The course of its accuracy, at the marks and where it stopped.
-    pub points: Vec<ParetoPoint>,
-    /// Where it stopped by itself; `None` where the last mark came first, and of baselines.
-    pub stop: Option<Stop>,
-    /// Voxels of the surface in the end; 0 without one.
+    /// Voxels of the surface; 0 without one.
     pub voxels: usize,
-    /// Memory of the model in the end, in bytes: four for each parameter, and the surface's graph.
+    /// Memory of the model, in bytes: four for each parameter, and the surface's graph.
     pub bytes: usize,
+    /// Why a session trained no more, all its maps being final; `None` where it went on, and of baselines.
+    pub stop: Option<TrainingEnd>,
 }
 
 /// The columns of `pareto.csv`, one row for each point.
@@ -113,51 +95,16 @@ impl fmt::Display for Part {
     }
 }
 
-/// What a model came to that was not of the chosen size.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// What a model of another size came to, when training had stopped or the last mark came.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CapacityPoint {
-    /// Name of the scene.
-    pub scene: String,
     /// What was scaled.
     pub part: Part,
     /// By how much; 1 is what is chosen.
     pub factor: f32,
-    /// Seed of the clicks and of the field.
-    pub seed: u64,
-    /// Trainable parameters.
-    pub parameters: usize,
-    /// Memory of the model, in bytes ([`MethodRun::bytes`]).
-    pub bytes: usize,
-    /// Voxels of the surface.
-    pub voxels: usize,
-    /// As in [`ParetoPoint`], when training had stopped or the last mark came.
-    pub miou: f64,
-    /// The same.
-    pub depth_error_m: Option<f64>,
-    /// The same.
-    pub psnr_db: Option<f64>,
-    /// The same.
-    pub wall_s: f64,
-}
-
-impl CapacityPoint {
-    /// The end of a run with this size; `None` of a run without points.
-    pub fn of(run: &MethodRun, part: Part, factor: f32) -> Option<Self> {
-        let last = run.points.last()?;
-        Some(Self {
-            scene: last.scene.clone(),
-            part,
-            factor,
-            seed: last.seed,
-            parameters: last.parameters.unwrap_or(0),
-            bytes: run.bytes,
-            voxels: run.voxels,
-            miou: last.miou,
-            depth_error_m: last.depth_error_m,
-            psnr_db: last.psnr_db,
-            wall_s: last.wall_s,
-        })
-    }
+    /// What came of it.
+    #[serde(flatten)]
+    pub end: ParetoPoint,
 }
 
 /// The columns of `capacity.csv`, one row for each point.
@@ -169,13 +116,13 @@ pub const CAPACITY_COLUMNS: &str =
 pub fn difference_to_chosen(
     points: &[&CapacityPoint],
     factor: f32,
-    value: impl Fn(&CapacityPoint) -> Option<f64>,
+    value: impl Fn(&ParetoPoint) -> Option<f64>,
 ) -> Option<Difference> {
     let of = |seed: u64, factor: f32| {
-        let own = |point: &&&CapacityPoint| point.seed == seed && point.factor == factor;
-        points.iter().find(own).and_then(|point| value(point))
+        let own = |point: &&&CapacityPoint| point.end.seed == seed && point.factor == factor;
+        points.iter().find(own).and_then(|point| value(&point.end))
     };
     let scaled = points.iter().filter(|point| point.factor == factor);
-    let differences = scaled.filter_map(|point| Some(value(point)? - of(point.seed, 1.0)?));
+    let differences = scaled.filter_map(|point| Some(value(&point.end)? - of(point.end.seed, 1.0)?));
     Difference::of(&differences.collect::<Vec<f64>>())
 }

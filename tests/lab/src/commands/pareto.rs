@@ -6,16 +6,13 @@ mod verdict;
 use std::ffi::OsStr;
 use std::path::Path;
 
-use crate::pareto::{
-    CAPACITY_COLUMNS, COLUMNS, CapacityPoint, Method, MethodRun, ParetoPoint, ParetoRun, Part, Stop,
-};
+use crate::pareto::{CAPACITY_COLUMNS, COLUMNS, CapacityPoint, Method, ParetoPoint, ParetoRun, Part};
 use crate::simulate::Baseline;
 use crate::table::csv;
 use inplace_core::arguments::ReadingArguments;
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
-use serde::Serialize;
 use serde_json::json;
 
 use super::{Failure, begin, in_own_process};
@@ -24,24 +21,6 @@ use inplace_core::session::Progress;
 
 /// Sizes beside the chosen one.
 const FACTORS: [f32; 4] = [0.25, 0.5, 2.0, 4.0];
-
-/// Where a method stopped by itself with one seed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct Stopped {
-    scene: String,
-    method: String,
-    seed: u64,
-    #[serde(flatten)]
-    stop: Stop,
-}
-
-/// All that was measured.
-#[derive(Default)]
-struct Results {
-    points: Vec<ParetoPoint>,
-    stops: Vec<Stopped>,
-    capacity: Vec<CapacityPoint>,
-}
 
 /// One method on one scene with one seed.
 struct Run<'a> {
@@ -64,7 +43,7 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
     let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
     let threads = arguments.reading.threads();
-    let mut results = Results::default();
+    let (mut points, mut capacity): (Vec<ParetoPoint>, Vec<CapacityPoint>) = Default::default();
     let progress = Progress::default();
     for (number, run) in runs.iter().enumerate() {
         let (scene, method) = (run.scene.display(), run.method.name());
@@ -75,42 +54,39 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
         progress.show(format!("{scene}, seed {}: {what}", run.seed));
         let number = number.to_string();
         let option = [OsStr::new("--run"), OsStr::new(&number)];
-        let measured: MethodRun = in_own_process(option, &format!("{scene}: {method}"))?;
+        let measured: Vec<ParetoPoint> = in_own_process(option, &format!("{scene}: {method}"))?;
         // What has been measured stays if a later run fails.
         if run.parts.is_empty() {
-            if let (Some(stop), Some(last)) = (measured.stop, measured.points.last()) {
-                results.stops.push(Stopped {
-                    scene: last.scene.clone(),
-                    method: last.method.clone(),
-                    seed: last.seed,
-                    stop,
-                });
-            }
-            results.points.extend(measured.points);
-            export::write(&out.join("pareto.csv"), csv(&results.points, COLUMNS)?.as_bytes())?;
-        } else {
-            let of_part = |&part: &Part| CapacityPoint::of(&measured, part, run.factor);
-            results.capacity.extend(run.parts.iter().filter_map(of_part));
-            let rows = csv(&results.capacity, CAPACITY_COLUMNS)?;
+            points.extend(measured);
+            export::write(&out.join("pareto.csv"), csv(&points, COLUMNS)?.as_bytes())?;
+        } else if let Some(end) = measured.last() {
+            capacity.extend(run.parts.iter().map(|&part| CapacityPoint {
+                part,
+                factor: run.factor,
+                end: end.clone(),
+            }));
+            let rows = csv(&capacity, CAPACITY_COLUMNS)?;
             export::write(&out.join("capacity.csv"), rows.as_bytes())?;
         }
     }
     drop(progress);
-    figure::pareto(arguments, threads, &results).write(&out.join("pareto.svg"))?;
+    figure::pareto(arguments, threads, &points).write(&out.join("pareto.svg"))?;
     if arguments.capacity {
-        figure::capacity(arguments, threads, &results.capacity).write(&out.join("capacity.svg"))?;
+        figure::capacity(arguments, threads, &capacity).write(&out.join("capacity.svg"))?;
     }
-    let verdicts = verdict::verdicts(&results);
+    let verdicts = verdict::verdicts(&points);
+    let of_capacity = verdict::capacity_verdicts(&capacity);
     let result = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "threads": threads,
-        "points": results.points,
-        "stops": results.stops,
+        "points": points,
         "verdicts": verdicts,
-        "capacity": results.capacity,
-        "capacity_verdicts": verdict::capacity_verdicts(&results.capacity),
+        "capacity": capacity,
+        "capacity_verdicts": of_capacity,
     });
-    verdict::page(&results, &verdicts).publish(&arguments.output, "pareto", &result)
+    let mut page = verdict::page(&points, &verdicts);
+    verdict::add_capacity(&mut page, &capacity, &of_capacity);
+    page.publish(&arguments.output, "pareto", &result)
 }
 
 /// The presets and then the baselines, each once.

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Method, MethodRun, ParetoPoint, Part, Stop};
-use crate::learnt::{learn, pool, surface};
+use super::{Method, ParetoPoint, Part};
+use crate::learnt::{learn, pool, surface, surface_of};
 use crate::simulate::baseline::{Task, published_course};
 use crate::simulate::{Annotator, Baseline, Click, Policy};
-use crate::{Failure, SceneTruth, unusable_scene};
+use crate::{Failure, SceneTruth};
 use inplace_core::export::peak_memory;
 use inplace_core::field::{Preset, Trainer};
 use inplace_core::labels::{ClassId, LabelSet};
@@ -44,11 +44,11 @@ struct Prepared {
 }
 
 impl ParetoRun {
-    /// Labels the scene in this process and measures.
+    /// Labels the scene in this process and measures, at the marks and where it stops by itself.
     ///
     /// # Errors
     /// A scene that cannot be read, or without ground truth; a run without marks, and whatever stops a session.
-    pub fn measure(&self) -> Result<MethodRun, Failure> {
+    pub fn measure(&self) -> Result<Vec<ParetoPoint>, Failure> {
         let Some(&last) = self.marks.last() else {
             return Err("there is no mark to measure at; give one".into());
         };
@@ -82,7 +82,7 @@ impl ParetoRun {
     }
 
     /// A session that is paused while it is measured.
-    fn of_session(&self, preset: Preset, prepared: &Prepared) -> Result<MethodRun, Failure> {
+    fn of_session(&self, preset: Preset, prepared: &Prepared) -> Result<Vec<ParetoPoint>, Failure> {
         let start = Instant::now();
         let mut run = Client::start(SessionOptions {
             preset,
@@ -90,7 +90,7 @@ impl ParetoRun {
         });
         let scene = run.opened()?;
         run.label(prepared.labels.clone(), GENERATION);
-        let (mut points, mut stop) = (Vec::new(), None);
+        let mut points = Vec::new();
         let mut measuring = Duration::ZERO;
         let marks = self.marks.iter().copied().map(Duration::from_secs_f64);
         let mut marks = marks.peekable();
@@ -108,20 +108,17 @@ impl ParetoRun {
             }
             let begin = Instant::now();
             let wall_s = (begin - start - measuring).as_secs_f64();
-            points.push(self.point(&scene, prepared, &run, wall_s)?);
+            let point = self.of_maps_now(&scene, prepared, &run, wall_s)?;
             if settled {
-                let status = run.status();
-                stop = status.training_end.map(|reason| Stop {
-                    wall_s,
-                    steps: status.steps,
-                    reason,
-                });
+                let stop = run.status().training_end;
+                points.push(ParetoPoint { stop, ..point });
                 break;
             }
+            points.push(point);
             measuring += begin.elapsed();
             run.send(Command::Resume);
         }
-        Ok(ended(&run, points, stop))
+        Ok(points)
     }
 
     /// A field and a surface by themselves: the field trains, and then the labels are propagated over its surface. The
@@ -132,7 +129,7 @@ impl ParetoRun {
         (part, factor): (Part, f32),
         prepared: &Prepared,
         last: Duration,
-    ) -> Result<MethodRun, Failure> {
+    ) -> Result<Vec<ParetoPoint>, Failure> {
         let start = Instant::now();
         let of = |own: Part| if own == part { factor } else { 1.0 };
         pool(self.session.threads)?.install(|| {
@@ -152,11 +149,11 @@ impl ParetoRun {
     }
 
     /// The published network has no maps before it stops training: they are measured once, at the last mark.
-    fn of_reference(&self, prepared: &Prepared, last: Duration) -> Result<MethodRun, Failure> {
+    fn of_reference(&self, prepared: &Prepared, last: Duration) -> Result<Vec<ParetoPoint>, Failure> {
         let start = Instant::now();
         let (run, scene) = published_course(&self.session, &prepared.labels, last)?;
-        let point = self.point(&scene, prepared, &run, start.elapsed().as_secs_f64())?;
-        Ok(ended(&run, vec![point], None))
+        let wall_s = start.elapsed().as_secs_f64();
+        Ok(vec![self.of_maps_now(&scene, prepared, &run, wall_s)?])
     }
 
     /// The other baselines answer once. Those that need a surface get that of a session: at once where depth is
@@ -166,7 +163,7 @@ impl ParetoRun {
         baseline: Baseline,
         prepared: &Prepared,
         last: Duration,
-    ) -> Result<MethodRun, Failure> {
+    ) -> Result<Vec<ParetoPoint>, Failure> {
         let start = Instant::now();
         let pool = pool(self.session.threads)?;
         let (scene, surface): (Arc<Scene>, Arc<Surface>) = if baseline == Baseline::Pixels {
@@ -181,10 +178,7 @@ impl ParetoRun {
                 last.saturating_sub(start.elapsed())
             };
             learn(&mut run, Some(limit))?;
-            let map = run.map(0);
-            let surface = map.and_then(|map| map.surface().map(|(surface, _)| Arc::clone(surface)));
-            let none = "no surface was found in this time; give later marks";
-            let surface = surface.ok_or_else(|| unusable_scene(&scene, none))?;
+            let surface = surface_of(&run, &scene)?;
             (scene, surface)
         };
         let task = Task {
@@ -209,67 +203,54 @@ impl ParetoRun {
         surface: &Surface,
         maps: Vec<Vec<ClassId>>,
         trainer: Option<&Trainer>,
-    ) -> Result<MethodRun, Failure> {
-        let wall_s = start.elapsed().as_secs_f64();
-        let peak_mb = megabytes(peak_memory());
+    ) -> Result<Vec<ParetoPoint>, Failure> {
+        let begun = self.begun(scene, start.elapsed().as_secs_f64());
         let held_out = trainer.and_then(Trainer::error);
         let parameters = trainer.map(|trainer| trainer.field().parameters());
-        let point = ParetoPoint {
-            scene: scene.name(),
-            method: self.method.name().to_owned(),
-            seed: self.session.seed,
-            wall_s,
+        Ok(vec![ParetoPoint {
             miou: prepared.truth.scores_of_maps(scene, maps)?.miou,
             depth_error_m: held_out.and_then(|error| error.depth_error).map(f64::from),
             psnr_db: held_out.map(|error| f64::from(error.psnr)),
             parameters,
-            peak_mb,
-        };
-        Ok(MethodRun {
-            points: vec![point],
-            stop: None,
             voxels: surface.graph.len(),
             bytes: size_of::<f32>() * parameters.unwrap_or(0) + surface.graph.bytes(),
-        })
+            ..begun
+        }])
     }
 
     /// The maps of a session as they are now.
-    fn point(
+    fn of_maps_now(
         &self,
         scene: &Scene,
         prepared: &Prepared,
         run: &Client,
         wall_s: f64,
     ) -> Result<ParetoPoint, Failure> {
-        // Before the maps are looked up, which takes memory of its own.
-        let peak_mb = megabytes(peak_memory());
+        let begun = self.begun(scene, wall_s);
         let status = &run.status();
+        let map = run.map(0);
+        let surface = map.as_deref().and_then(|map| map.surface());
+        let graph = surface.map_or(0, |(surface, _)| surface.graph.bytes());
         Ok(ParetoPoint {
-            scene: scene.name(),
-            method: self.method.name().to_owned(),
-            seed: self.session.seed,
-            wall_s,
             miou: prepared.truth.scores_of(run, scene)?.miou,
             depth_error_m: status.depth_error.map(f64::from),
             psnr_db: status.held_out_psnr.map(f64::from),
             parameters: Some(status.parameters).filter(|&count| count > 0),
-            peak_mb,
+            voxels: status.surface_nodes,
+            bytes: size_of::<f32>() * status.parameters + graph,
+            ..begun
         })
     }
-}
 
-fn megabytes(bytes: Option<u64>) -> Option<f64> {
-    bytes.map(|bytes| bytes as f64 / 1e6)
-}
-
-fn ended(run: &Client, points: Vec<ParetoPoint>, stop: Option<Stop>) -> MethodRun {
-    let map = run.map(0);
-    let surface = map.as_deref().and_then(|map| map.surface());
-    let graph = surface.map_or(0, |(surface, _)| surface.graph.bytes());
-    MethodRun {
-        points,
-        stop,
-        voxels: run.status().surface_nodes,
-        bytes: size_of::<f32>() * run.status().parameters + graph,
+    /// A point of which only the time and the memory are known: maps that are looked up take memory of their own.
+    fn begun(&self, scene: &Scene, wall_s: f64) -> ParetoPoint {
+        ParetoPoint {
+            scene: scene.name(),
+            method: self.method.name().to_owned(),
+            seed: self.session.seed,
+            wall_s,
+            peak_mb: peak_memory().map(|bytes| bytes as f64 / 1e6),
+            ..ParetoPoint::default()
+        }
     }
 }

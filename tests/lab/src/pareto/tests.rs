@@ -5,7 +5,7 @@ use crate::table::csv;
 use crate::testing::{capture, options};
 use inplace_core::scene::SceneSource;
 
-fn run(folder: &Path, method: Method, marks: &[f64], scaled: Option<(Part, f32)>) -> MethodRun {
+fn run(folder: &Path, method: Method, marks: &[f64], scaled: Option<(Part, f32)>) -> Vec<ParetoPoint> {
     let run = ParetoRun {
         session: options(SceneSource::Folder(folder.to_path_buf())),
         method,
@@ -27,6 +27,9 @@ fn point(seed: u64, miou: f64) -> ParetoPoint {
         psnr_db: Some(28.456),
         parameters: None,
         peak_mb: Some(123.4),
+        voxels: 7,
+        bytes: 500,
+        stop: None,
     }
 }
 
@@ -35,20 +38,22 @@ fn a_session_is_measured_at_the_marks_and_a_baseline_once() {
     let (_root, folder) = capture();
     // Maps come within half a second, also on slow machines within five.
     let own = run(&folder, Method::Preset(Preset::Fast), &[4.0, 5.0], None);
-    let last = own.points.last().unwrap();
-    assert!((1..=2).contains(&own.points.len()) && last.miou > 0.9, "{own:?}");
-    let mut times = own.points.iter().map(|point| point.wall_s);
-    assert!(times.all(|wall_s| own.stop.is_some() || wall_s >= 4.0), "{own:?}");
+    let last = own.last().unwrap();
+    assert!((1..=2).contains(&own.len()) && last.miou > 0.9, "{own:?}");
+    let mut timely = own
+        .iter()
+        .map(|point| point.stop.is_some() || point.wall_s >= 4.0);
+    assert!(timely.all(|timely| timely), "{own:?}");
     let is_own = |point: &ParetoPoint| point.method == "fast" && point.seed == 4;
-    assert!(own.points.iter().all(is_own), "{own:?}");
-    assert!(own.voxels > 0 && own.bytes > 4 * last.parameters.unwrap());
+    assert!(own.iter().all(is_own), "{own:?}");
+    assert!(last.voxels > 0 && last.bytes > 4 * last.parameters.unwrap());
 
     let nearest = run(&folder, Method::Baseline(Baseline::Nearest), &[10.0], None);
-    assert_eq!(
-        (nearest.points.len(), nearest.stop, nearest.voxels),
-        (1, None, own.voxels)
-    );
-    assert!(nearest.points[0].miou > 0.5 && nearest.points[0].parameters.is_none());
+    let [nearest] = &nearest[..] else {
+        panic!("{nearest:?}");
+    };
+    assert_eq!((nearest.stop, nearest.voxels), (None, last.voxels));
+    assert!(nearest.miou > 0.5 && nearest.parameters.is_none());
 }
 
 #[test]
@@ -61,9 +66,8 @@ fn a_model_of_another_size_has_another_field_or_another_surface() {
             &[0.2],
             Some((part, factor)),
         );
-        assert_eq!(own.points.len(), 1);
-        assert!(own.points[0].miou > 0.5, "{own:?}");
-        (own.points[0].parameters, own.voxels)
+        assert!(own.len() == 1 && own[0].miou > 0.5, "{own:?}");
+        (own[0].parameters, own[0].voxels)
     };
     let chosen = sized(Part::Field, 1.0);
     let (smaller, coarser) = (sized(Part::Field, 0.25), sized(Part::Surface, 0.25));
@@ -80,16 +84,14 @@ fn the_tables_have_a_row_for_each_point_and_nothing_where_nothing_is_known() {
         "scene,method,seed,wall_s,miou,depth_error_m,psnr_db,parameters,peak_mb\n\
          wall,nearest,3,1.23,0.5000,,28.46,,123\n"
     );
-    let run = MethodRun {
-        points: vec![ParetoPoint {
+    let scaled = CapacityPoint {
+        part: Part::Surface,
+        factor: 0.25,
+        end: ParetoPoint {
             parameters: Some(100),
             ..point
-        }],
-        stop: None,
-        voxels: 7,
-        bytes: 500,
+        },
     };
-    let scaled = CapacityPoint::of(&run, Part::Surface, 0.25).unwrap();
     assert_eq!(
         csv(&[scaled], CAPACITY_COLUMNS).unwrap(),
         "scene,part,factor,seed,parameters,bytes,voxels,miou,depth_error_m,psnr_db,wall_s\n\
@@ -99,16 +101,14 @@ fn the_tables_have_a_row_for_each_point_and_nothing_where_nothing_is_known() {
 
 #[test]
 fn sizes_are_compared_with_the_chosen_one_seed_by_seed() {
-    let run = |seed, miou| MethodRun {
-        points: vec![point(seed, miou)],
-        stop: None,
-        voxels: 1,
-        bytes: 4,
+    let sized = |(factor, seed, miou)| CapacityPoint {
+        part: Part::Field,
+        factor,
+        end: point(seed, miou),
     };
     // The seeds are far apart, the sizes of a seed are not.
     let points = [(1.0, 0, 0.5), (1.0, 1, 0.9), (0.5, 0, 0.4), (0.5, 1, 0.82)];
-    let points =
-        points.map(|(factor, seed, miou)| CapacityPoint::of(&run(seed, miou), Part::Field, factor).unwrap());
+    let points = points.map(sized);
     let points: Vec<&CapacityPoint> = points.iter().collect();
     let half = difference_to_chosen(&points, 0.5, |point| Some(point.miou)).unwrap();
     assert!((half.mean + 0.09).abs() < 1e-12 && half.is_loss());

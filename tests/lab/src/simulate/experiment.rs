@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 use super::baseline::Task;
 use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
 use crate::arguments::SimulateArguments;
-use crate::learnt::{learn, pool, surface};
+use crate::learnt::{learn, pool, surface_of};
 use crate::{Calibration, Failure, SceneTruth, Scores};
 use inplace_core::guide::Suggestion;
 use inplace_core::scene::Scene;
-use inplace_core::semantics::FrameMap;
+use inplace_core::semantics::{FrameMap, Surface};
 use inplace_core::session::{Client, Command, Event, SessionOptions};
 
 /// Runs the experiment in sessions like this one, whose seed is that of the first run; `progress` is told what is being
@@ -41,14 +41,19 @@ pub fn simulate(
         progress(&format!("seed {}: learning the scene", options.seed));
         learn(&mut open.run, experiment.geometry.map(Duration::from_secs_f64))?;
         let learnt = opening + learning.elapsed();
-        if experiment.policies.len() > 1 || !experiment.baselines.is_empty() {
+        if experiment.policies.len() > 1 {
             options.state = Some(open.run.saved()?.into());
         }
+        let surface = match experiment.baselines.is_empty() {
+            true => Arc::default(),
+            false => surface_of(&open.run, &scene)?,
+        };
         let annotator = Annotator::new(&scene, &truth);
         let run = Run {
             experiment,
             options: &options,
             scene: &scene,
+            surface: &surface,
             annotator: &annotator,
             truth: &truth,
             opening_s: opening.as_secs_f64(),
@@ -68,10 +73,7 @@ pub fn simulate(
             points.extend(open.label(&run, policy, progress)?);
         }
         drop(first);
-        if !experiment.baselines.is_empty() {
-            let compared = run.compared(&points, progress)?;
-            points.extend(compared);
-        }
+        points.extend(run.compared(&points, progress)?);
     }
     Ok(points)
 }
@@ -81,7 +83,8 @@ struct Run<'a> {
     experiment: &'a SimulateArguments,
     /// With the learnt field.
     options: &'a SessionOptions,
-    scene: &'a Arc<Scene>,
+    scene: &'a Scene,
+    surface: &'a Surface,
     annotator: &'a Annotator<'a>,
     truth: &'a SceneTruth,
     /// Seconds until the scene was open.
@@ -103,14 +106,7 @@ impl Run<'_> {
         progress: &mut dyn FnMut(&str),
     ) -> Result<Vec<SimulatedPoint>, Failure> {
         let (options, scene, test) = (self.options, self.scene, &self.truth.test);
-        let Some(state) = &options.state else {
-            return Ok(Vec::new());
-        };
         let pool = pool(options.threads)?;
-        let surface = pool.install(|| {
-            let trainer = state.model.field(scene, options.preset, options.seed)?;
-            surface(scene, &trainer, 1.0)
-        })?;
         let batches = self.batches();
         let most = batches.last().copied().unwrap_or(0);
         let planned = self.annotator.clicks(Policy::Random, most, options.seed);
@@ -135,7 +131,7 @@ impl Run<'_> {
                 let wall_s = own.iter().find(same).map_or(0.0, |point| point.wall_s);
                 let task = Task {
                     scene,
-                    surface: &surface,
+                    surface: self.surface,
                     options,
                     clicks: given,
                     labels: self.annotator.labels(given),

@@ -4,7 +4,6 @@ use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::pareto::{CapacityPoint, Curve, ParetoPoint, Part, Summary};
 
 use super::verdict::miou;
-use super::{Results, Stopped};
 use crate::arguments::ParetoArguments;
 use crate::commands::{counted, grouped, processor};
 
@@ -12,13 +11,13 @@ use crate::commands::{counted, grouped, processor};
 const COLUMNS: usize = 2;
 
 /// `pareto.svg`: a panel for each scene with a line for each method.
-pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, results: &Results) -> Figure {
-    let scenes = grouped(&results.points, |point| point.scene.clone());
+pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, points: &[ParetoPoint]) -> Figure {
+    let scenes = grouped(points, |point| point.scene.clone());
     let panels: Vec<Panel> = scenes
         .into_iter()
         .map(|(scene, points)| {
             let series = grouped(points, |point| point.method.clone()).into_iter();
-            let series = series.map(|(method, own)| line(results, &scene, method, &own));
+            let series = series.map(|(method, own)| line(method, &own));
             Panel::new(
                 titled(arguments, &scene),
                 Axis::new("wall seconds since the start", Scale::Logarithmic),
@@ -38,15 +37,14 @@ pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, results: &Resu
 }
 
 /// The mean over the seeds, with a band from the lowest to the highest; a ring at the end where all of them stopped.
-fn line(results: &Results, scene: &str, method: String, own: &[&ParetoPoint]) -> Series {
+fn line(method: String, own: &[&ParetoPoint]) -> Series {
     let curve = Curve::of(own.iter().copied(), miou);
     let point = |at: Summary| Point {
         range: (at.low, at.high),
         ..Point::new(at.wall_s, at.mean)
     };
     let mut points: Vec<Point> = curve.summaries().into_iter().map(point).collect();
-    let own = |stop: &&Stopped| stop.scene == scene && stop.method == method;
-    if results.stops.iter().filter(own).count() == curve.at(f64::INFINITY).len()
+    if own.iter().filter(|point| point.stop.is_some()).count() == curve.at(f64::INFINITY).len()
         && let Some(last) = points.last_mut()
     {
         *last = last.ringed();
@@ -56,13 +54,15 @@ fn line(results: &Results, scene: &str, method: String, own: &[&ParetoPoint]) ->
 
 /// `capacity.svg`: for each scene what the size of each part does, and what its memory is worth.
 pub(super) fn capacity(arguments: &ParetoArguments, threads: usize, points: &[CapacityPoint]) -> Figure {
-    let size: Quantity = ("parameters", &|point| point.parameters as f64);
+    let size: Quantity = ("parameters", &|point| {
+        point.parameters.map_or(f64::NAN, |count| count as f64)
+    });
     let voxels: Quantity = ("voxels", &|point| point.voxels as f64);
     let memory: Quantity = ("MB", &|point| point.bytes as f64 / 1e6);
     let accuracy: Quantity = ("mIoU on the test frames", &|point| point.miou);
     let psnr: Quantity = ("held-out PSNR, dB", &|point| point.psnr_db.unwrap_or(f64::NAN));
     let mut rows = Vec::new();
-    for (scene, of_scene) in grouped(points, |point| point.scene.clone()) {
+    for (scene, of_scene) in grouped(points, |point| point.end.scene.clone()) {
         let panel = |what: &str, parts: &[Part], x: Quantity<'_>, y: Quantity<'_>| {
             let series = parts.iter().map(|&part| sizes(&of_scene, part, [x.1, y.1]));
             Panel::new(
@@ -92,7 +92,7 @@ pub(super) fn capacity(arguments: &ParetoArguments, threads: usize, points: &[Ca
     }
 }
 
-type Value<'a> = dyn Fn(&CapacityPoint) -> f64 + 'a;
+type Value<'a> = dyn Fn(&ParetoPoint) -> f64 + 'a;
 /// What an axis shows.
 type Quantity<'a> = (&'static str, &'a Value<'a>);
 
@@ -102,7 +102,7 @@ fn sizes(points: &[&CapacityPoint], part: Part, [x, y]: [&Value; 2]) -> Series {
     let mut groups = grouped(own, |point| point.factor);
     groups.sort_by(|a, b| a.0.total_cmp(&b.0));
     let point = |(factor, runs): (f32, Vec<&CapacityPoint>)| {
-        let point = Point::of_means(runs.iter().map(|run| (x(run), y(run))))?;
+        let point = Point::of_means(runs.iter().map(|run| (x(&run.end), y(&run.end))))?;
         Some(if factor == 1.0 { point.ringed() } else { point })
     };
     Series::new(part.to_string(), groups.into_iter().filter_map(point))
