@@ -17,10 +17,6 @@ const CATCHING_UP: Duration = Duration::from_millis(300);
 /// What one capture cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Whether depth was read.
-    pub depth: bool,
-    /// Threads of the session.
-    pub threads: usize,
     /// Seconds until the capture was open.
     pub opening_s: f64,
     /// Seconds from then until there was a surface to spread labels over.
@@ -35,14 +31,8 @@ pub struct Cost {
     pub surface_nodes: usize,
     /// Trainable parameters after the training.
     pub parameters: usize,
-    /// Seconds of training in which the speeds were measured, everything else running beside it.
-    pub training_s: f64,
-    /// Steps a second.
+    /// Steps a second after that, everything else running beside them.
     pub steps_per_s: f64,
-    /// Rays a second.
-    pub rays_per_s: f64,
-    /// Samples a second, forward and backward.
-    pub samples_per_s: f64,
     /// The most memory held until the capture was open, in bytes.
     pub peak_opening_bytes: Option<u64>,
     /// The most memory held in all, in bytes.
@@ -55,7 +45,6 @@ pub struct Cost {
 /// # Errors
 /// A session that fails, and strokes that do not fit the capture or are fewer than two.
 pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Result<Cost, Failure> {
-    let threads = options.threads;
     let start = Instant::now();
     // The cost of training is measured whatever the labels need.
     let mut run = Client::start(SessionOptions {
@@ -94,18 +83,14 @@ pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Re
     // What was told while the maps were being read is past: steps are counted from a status of now.
     run.work_until(Instant::now() + CATCHING_UP)?;
     run.wait_until(None, |event| matches!(event, Event::Status(_)))?;
-    let (training, before) = (Instant::now(), run.status().work);
+    let (training, steps) = (Instant::now(), run.status().work.steps);
     let enough = |status: &Status| training.elapsed().as_secs_f64() >= seconds || status.settled;
     if !run.status().settled {
         let is_enough = |event: &Event| matches!(event, Event::Status(status) if enough(status));
         run.wait_until(None, is_enough)?;
     }
-    let training_s = training.elapsed().as_secs_f64();
-    let a_second = |before: u64, after: u64| (after - before) as f64 / training_s;
-    let after = run.status().work;
+    let steps = run.status().work.steps - steps;
     Ok(Cost {
-        depth: scene.has_depth(),
-        threads,
         opening_s,
         surface_s,
         map_in_view_s,
@@ -113,10 +98,7 @@ pub fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Re
         update_s,
         surface_nodes: run.status().surface_nodes,
         parameters: run.status().parameters,
-        training_s,
-        steps_per_s: a_second(before.steps, after.steps),
-        rays_per_s: a_second(before.rays, after.rays),
-        samples_per_s: a_second(before.samples, after.samples),
+        steps_per_s: steps as f64 / training.elapsed().as_secs_f64(),
         peak_opening_bytes,
         peak_memory_bytes: peak_memory(),
     })

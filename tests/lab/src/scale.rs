@@ -92,21 +92,13 @@ pub const QUANTITIES: [Quantity; 9] = [
 /// How many of [`QUANTITIES`], from the first on, are seconds.
 pub const SECONDS: usize = 6;
 
-/// The power of what is varied that a quantity grows with.
+/// The power of what is varied that a quantity grows with, by a line through the logarithms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Exponent {
     /// What is varied.
     pub sweep: Sweep,
     /// What grows, by its name in [`QUANTITIES`].
     pub quantity: &'static str,
-    /// What was fitted.
-    #[serde(flatten)]
-    pub fit: Fit,
-}
-
-/// A line through logarithms.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Fit {
     /// Slope of the logarithm of what grows over that of what is varied.
     pub exponent: f64,
     /// Least value of what is varied that it was fitted to.
@@ -120,7 +112,7 @@ pub struct Fit {
 impl Exponent {
     /// The exponent to two decimals, and never -0.00.
     pub fn shown(&self) -> String {
-        format!("{:.2}", (100.0 * self.fit.exponent).round() / 100.0 + 0.0)
+        format!("{:.2}", (100.0 * self.exponent).round() / 100.0 + 0.0)
     }
 }
 
@@ -202,16 +194,25 @@ pub fn exponents(measured: &[Measured]) -> Vec<Exponent> {
     let of_sweep = |sweep: Sweep| {
         QUANTITIES.into_iter().filter_map(move |(quantity, of)| {
             let own = measured.iter().filter(|one| one.sweep == sweep);
-            let fit = fit(own.map(|one| (one.value(), of(&one.cost))).collect())?;
-            Some(Exponent { sweep, quantity, fit })
+            let fitted = fit(own.map(|one| (one.value(), of(&one.cost))).collect())?;
+            let (exponent, [from, to], points) = fitted;
+            Some(Exponent {
+                sweep,
+                quantity,
+                exponent,
+                from,
+                to,
+                points,
+            })
         })
     };
     Sweep::ALL.into_iter().flat_map(of_sweep).collect()
 }
 
 /// Least squares over the upper half of the values, at least three of them where there are as many: what is the same for
-/// every size rules the lower half and would hide how the rest grows. Points that have no logarithm are left out.
-fn fit(mut points: Vec<(f64, f64)>) -> Option<Fit> {
+/// every size rules the lower half and would hide how the rest grows. Points that have no logarithm are left out. The slope, the
+/// least and the greatest value, and how many there were.
+fn fit(mut points: Vec<(f64, f64)>) -> Option<(f64, [f64; 2], usize)> {
     points.retain(|&(x, y)| x > 0.0 && y > 0.0 && x.is_finite() && y.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let kept = points.len().div_ceil(2).max(3).min(points.len());
@@ -228,12 +229,7 @@ fn fit(mut points: Vec<(f64, f64)>) -> Option<Fit> {
         let (dx, dy) = (x - middle_x, y - middle_y);
         (both + dx * dy, own + dx * dx)
     });
-    Some(Fit {
-        exponent: covariance / variance,
-        from,
-        to,
-        points: kept,
-    })
+    Some((covariance / variance, [from, to], kept))
 }
 
 /// `scale.csv`: a row for each setting of each sweep.

@@ -105,7 +105,7 @@ fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
         let mut row = vec![(*quantity).to_owned()];
         row.extend(sweeps.iter().map(|(_, own)| {
             let one = own.iter().find(|one| one.quantity == *quantity);
-            match one.map(|one| (one.shown(), one.fit.exponent > STEEP)) {
+            match one.map(|one| (one.shown(), one.exponent > STEEP)) {
                 None => "-".to_owned(),
                 Some((text, true)) => format!("**{text}**"),
                 Some((text, false)) => text,
@@ -114,7 +114,7 @@ fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
         row
     });
     let ranges = sweeps.iter().map(|(sweep, own)| {
-        let ends = own.first().map_or((0.0, 0.0), |one| (one.fit.from, one.fit.to));
+        let ends = own.first().map_or((0.0, 0.0), |one| (one.from, one.to));
         format!(" | {}, {} to {}", sweep.name(), short(ends.0), short(ends.1))
     });
     page.table(&ranges.collect::<String>(), &rows.collect::<Vec<_>>());
