@@ -1,12 +1,11 @@
 //! Ground truth of objects, and how good the objects of maps are.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Failure, LabelImage, SceneTruth, mean, unless_equal, unusable_file, unusable_scene};
+use super::truth::read_json;
+use super::{Failure, LabelImage, SceneTruth, mean, unless_equal, unusable_scene};
 use inplace_core::labels::{Class, ClassId, VOID};
 use inplace_core::scene::demo::{self, Shot};
 use inplace_core::scene::{Scene, SceneSource, numbered_images};
@@ -43,7 +42,10 @@ impl ObjectTruth {
         let SceneSource::Folder(folder) = &scene.source else {
             return Self::of_demo(scene);
         };
-        let objects = read_objects(&folder.join("objects.json"))?;
+        let expected = "[{\"id\", \"class_id\", \"class_name\", \"thing\"}]";
+        let objects: Vec<TrueObject> = read_json(&folder.join("objects.json"), expected)?;
+        let objects: BTreeMap<u16, TrueObject> =
+            objects.into_iter().map(|object| (object.id, object)).collect();
         let mut images = SceneTruth::read(scene)?;
         let files = numbered_images(&folder.join("semantic_instance"))?;
         for (&frame, classes) in &mut images.images {
@@ -106,17 +108,6 @@ impl ObjectTruth {
             object: if object.thing { id } else { 0 },
         })
     }
-}
-
-fn read_objects(path: &Path) -> Result<BTreeMap<u16, TrueObject>, Failure> {
-    let unusable = |reason: String| {
-        let expected = "it must hold [{\"id\", \"class_id\", \"class_name\", \"thing\"}]";
-        unusable_file(path, format!("cannot be used: {reason}; {expected}"))
-    };
-    let text = fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;
-    let objects: Vec<TrueObject> =
-        serde_json::from_str(&text).map_err(|error| unusable(error.to_string()))?;
-    Ok(objects.into_iter().map(|object| (object.id, object)).collect())
 }
 
 /// What is compared: an object of a thing class, or all of a class that is stuff.

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use super::{ConfusionMatrix, Failure, Scores, unusable_file, unusable_scene};
 use inplace_core::labels::{self, ClassId, VOID, decode_gray};
@@ -66,11 +67,7 @@ impl Split {
     /// A missing or unusable file, or a frame that is in both lists.
     pub fn read(scene: &Path) -> Result<Self, Failure> {
         let path = scene.join("split.json");
-        let expected = "it must hold {\"train\": [frame numbers], \"test\": [...]}";
-        let text = fs::read_to_string(&path)
-            .map_err(|error| unusable_file(&path, format!("cannot be read: {error}; {expected}")))?;
-        let split: Self = serde_json::from_str(&text)
-            .map_err(|error| unusable_file(&path, format!("cannot be used: {error}; {expected}")))?;
+        let split: Self = read_json(&path, "{\"train\": [frame numbers], \"test\": [...]}")?;
         match split.test.iter().find(|number| split.train.contains(number)) {
             Some(both) => Err(unusable_file(
                 &path,
@@ -79,6 +76,14 @@ impl Split {
             None => Ok(split),
         }
     }
+}
+
+/// Reads a JSON file of the ground truth, which must hold what `expected` says.
+pub(super) fn read_json<T: DeserializeOwned>(path: &Path, expected: &str) -> Result<T, Failure> {
+    let unusable =
+        |reason: String| unusable_file(path, format!("cannot be used: {reason}; it must hold {expected}"));
+    let text = fs::read_to_string(path).map_err(|error| unusable(error.to_string()))?;
+    serde_json::from_str(&text).map_err(|error| unusable(error.to_string()))
 }
 
 /// The label images of a scene's frames, and which of them labels may be taken from.
