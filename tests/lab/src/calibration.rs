@@ -1,5 +1,7 @@
 //! Whether the probabilities of maps are right.
 
+use serde::{Serialize, Serializer};
+
 use super::{Failure, unless_equal};
 use inplace_core::labels::{ClassId, VOID};
 use inplace_core::semantics::CERTAIN;
@@ -85,6 +87,13 @@ impl Calibration {
             is_shown.then(|| (bin.confidence() / pixels, bin.right as f64 / pixels))
         };
         self.bins.iter().filter_map(of).collect()
+    }
+}
+
+/// As its expected error.
+impl Serialize for Calibration {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.error().serialize(serializer)
     }
 }
 

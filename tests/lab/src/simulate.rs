@@ -6,9 +6,9 @@ pub(super) mod baseline;
 mod experiment;
 mod objects;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
-pub use annotator::{Annotator, Click, Policy};
+pub use annotator::{Annotator, Click, Policy, name_objects};
 pub use baseline::Baseline;
 pub use experiment::simulate;
 pub use objects::{OBJECT_COLUMNS, ObjectPoint, click_rows, object_rows, simulate_objects};
@@ -32,9 +32,8 @@ pub struct SimulatedPoint {
     /// The scores of the test frames.
     #[serde(flatten)]
     pub scores: Scores,
-    /// How right the probabilities of the test frames are, of maps that have any; in JSON, their expected
-    /// calibration error as `ece`.
-    #[serde(rename = "ece", serialize_with = "calibration_error")]
+    /// How right the probabilities of the test frames are, of maps that have any.
+    #[serde(rename = "ece")]
     pub calibration: Option<Calibration>,
     /// Wall seconds: opening and learning the scene, which the policies of a seed share, and labelling; without
     /// measuring.
@@ -46,11 +45,6 @@ impl SimulatedPoint {
     pub fn calibration_error(&self) -> Option<f64> {
         self.calibration.as_ref()?.error()
     }
-}
-
-fn calibration_error<S: Serializer>(known: &Option<Calibration>, serializer: S) -> Result<S::Ok, S::Error> {
-    let error = known.as_ref().and_then(Calibration::error);
-    error.serialize(serializer)
 }
 
 /// The columns of `results.csv`, one row for each point.

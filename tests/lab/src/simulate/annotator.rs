@@ -1,10 +1,12 @@
 //! Where a simulated annotator clicks.
 
+use std::sync::Arc;
+
 use rand::seq::IndexedRandom;
 use rand::{SeedableRng, rngs::SmallRng};
 
 use crate::SceneTruth;
-use inplace_core::labels::{Class, ClassId, LabelSet, Pixel, Stroke, VOID};
+use inplace_core::labels::{Class, ClassId, LabelSet, Object, ObjectId, Pixel, Stroke, VOID};
 use inplace_core::scene::Scene;
 
 /// How the annotator chooses pixels.
@@ -99,7 +101,12 @@ impl<'a> Annotator<'a> {
     }
 
     /// A random pixel with a fitting class of a random frame; `None` where that frame has none.
-    fn random(&self, frames: &[usize], fits: impl Fn(ClassId) -> bool, rng: &mut SmallRng) -> Option<Click> {
+    pub fn random(
+        &self,
+        frames: &[usize],
+        fits: impl Fn(ClassId) -> bool,
+        rng: &mut SmallRng,
+    ) -> Option<Click> {
         let &frame = frames.choose(rng)?;
         let image = &self.truth.images[&frame];
         let fitting: Vec<u32> = (0..image.labels.len() as u32)
@@ -133,6 +140,19 @@ impl<'a> Annotator<'a> {
             labels.strokes.insert(labels.next_stroke_id(), stroke.into());
         }
         labels
+    }
+}
+
+/// Has each stroke say an object of its own; all classes become things.
+pub fn name_objects(labels: &mut LabelSet) {
+    labels.classes.iter_mut().for_each(|class| class.thing = true);
+    for (number, stroke) in (1..).zip(labels.strokes.values_mut()) {
+        let Some(id) = ObjectId::new(number) else {
+            return;
+        };
+        let (class, name) = (stroke.class, format!("object {number}"));
+        labels.objects.push(Object { id, class, name });
+        Arc::make_mut(stroke).object = Some(id);
     }
 }
 

@@ -12,7 +12,7 @@ use rand::{Rng, SeedableRng};
 use super::trial::{Measured, Trial};
 use super::{Condition, Line, Settings, Way, disturbed};
 use crate::paper::{Flipped, Objects, pixel_noise};
-use crate::simulate::{Annotator, Policy};
+use crate::simulate::{Annotator, Click, Policy};
 use crate::{Failure, learnt};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 
@@ -212,19 +212,13 @@ fn imbalance(trial: &mut Trial, rng: &mut SmallRng) {
     }
     counts.remove(&VOID);
     let largest = counts.into_iter().max_by_key(|&(_, count)| count);
+    let Some((largest, _)) = largest else { return };
     let mut own = SmallRng::seed_from_u64(rng.random());
-    let mut added = 0;
-    while added < 999 {
-        let Some(&frame) = trial.truth.train.choose(&mut own) else {
-            break;
-        };
-        let camera = &trial.scene.frames[frame].camera;
-        let pixel = [camera.width, camera.height].map(|size| own.random_range(0..size));
-        let click = annotator.answer(frame, pixel);
-        if let Some(click) = click.filter(|click| largest.is_some_and(|(class, _)| click.class == class)) {
-            clicks.insert(0, click);
-            added += 1;
-        }
-    }
+    let more = (0..10_000).filter_map(|_| {
+        let is_largest = |class| class == largest;
+        annotator.random(&trial.truth.train, is_largest, &mut own)
+    });
+    let more: Vec<Click> = more.take(999).collect();
+    clicks.splice(0..0, more);
     trial.labels = annotator.labels(&clicks);
 }

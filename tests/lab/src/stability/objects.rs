@@ -1,18 +1,15 @@
 //! Strokes that say which thing of its class they are on: very many, and ones that contradict each other.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use rand::Rng;
-use rand::rngs::SmallRng;
-use rand::seq::IndexedRandom;
+use rand::{Rng, rngs::SmallRng};
 
 use super::session::{maps, resting, same};
 use super::trial::{Measured, Trial};
 use super::{Condition, Line, Settings, Way};
 use crate::Failure;
-use crate::simulate::{Annotator, Click};
-use inplace_core::labels::{LabelSet, Object, ObjectId, VOID};
+use crate::simulate::{Annotator, Click, Policy, name_objects};
+use inplace_core::labels::{LabelSet, ObjectId};
 use inplace_core::semantics::SurfaceObjects;
 
 /// Objects of the many.
@@ -43,13 +40,9 @@ pub(super) fn conditions() -> Vec<Condition> {
 
 fn many(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, Failure> {
     let annotator = Annotator::new(&trial.scene, &trial.truth);
-    let clicks = (0..20 * MANY).filter_map(|_| {
-        let &frame = trial.truth.train.choose(rng)?;
-        let camera = &trial.scene.frames[frame].camera;
-        let pixel = [camera.width, camera.height].map(|size| rng.random_range(0..size));
-        annotator.answer(frame, pixel).filter(|click| click.class != VOID)
-    });
-    let clicks: Vec<Click> = clicks.take(MANY).collect();
+    let a_class = MANY.div_ceil(annotator.classes().len().max(1));
+    let mut clicks = annotator.clicks(Policy::Uniform, a_class, rng.random());
+    clicks.truncate(MANY);
     told_apart(trial, settings, annotator.labels(&clicks))
 }
 
@@ -74,24 +67,15 @@ fn contradictory(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result
 
 /// Labels a scene, then says with each of these strokes an object of its own; every class is one of things.
 fn told_apart(trial: &Trial, settings: &Settings, mut labels: LabelSet) -> Result<Measured, Failure> {
-    for class in &mut labels.classes {
-        class.thing = true;
-    }
     let frames = trial.scene.frames.len();
     let mut course = resting(trial, settings, &labels)?;
     let before = maps(&mut course, frames)?;
-    let mut told = BTreeMap::new();
-    for stroke in labels.strokes.values_mut() {
-        let stroke = Arc::make_mut(stroke);
-        stroke.object = ObjectId::new(labels.objects.len() as u16 + 1);
-        labels.objects.extend(stroke.object.map(|id| Object {
-            id,
-            class: stroke.class,
-            name: format!("object {}", id.number()),
-        }));
-        // A later stroke on the same pixel covers this one.
-        told.insert((stroke.frame, stroke.first_point()), stroke.object);
-    }
+    name_objects(&mut labels);
+    // A later stroke on the same pixel covers an earlier one.
+    let strokes = labels.strokes.values();
+    let told: BTreeMap<_, _> = strokes
+        .map(|stroke| ((stroke.frame, stroke.first_point()), stroke.object))
+        .collect();
     course.say(&labels);
     let after = maps(&mut course, frames)?;
     let shown = |frame: usize| {
