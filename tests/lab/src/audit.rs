@@ -1,4 +1,4 @@
-//! What finds wrong labels: sampled audits beside the true accuracy, and planted wrong strokes beside the list of
+//! `inplace-lab bench audit`, what finds wrong labels: sampled audits beside the true accuracy, and planted wrong strokes beside the list of
 //! contradicted ones.
 
 use std::collections::BTreeMap;
@@ -9,53 +9,119 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use serde::Serialize;
 
+use super::arguments::AuditArguments;
+use super::commands::begin;
 use super::learnt::settle;
+use super::page::{Page, known};
 use super::simulate::{Annotator, Policy};
+use super::table::csv;
 use super::{Failure, SceneTruth, mean, unusable_scene};
+use inplace_core::export;
 use inplace_core::guide::audit::{Accuracy, Audit, Verdict};
 use inplace_core::labels::{ClassId, LabelSet, StrokeId, VOID};
-use inplace_core::scene::Scene;
+use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::semantics::StrokeCheck;
-use inplace_core::session::{Client, Command, Event, FrameMap, SessionOptions};
+use inplace_core::session::{Client, Command, Event, FrameMap, Progress, SessionOptions};
 
 /// An audit that is off by no more than this is good.
 const GOOD: f64 = 0.03;
 /// One stroke in so many is planted with a wrong class.
 const PLANTED: usize = 10;
 
+/// The columns of `audit.csv`.
+const COLUMNS: &str = "scene clicks seed accuracy:4 frames places audits within_3:4 error:4 covered:4 half_width:4 \
+                       planted listed listed_right missed";
+
 /// How well audits of some labels predict their accuracy, and how many planted wrong strokes are listed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct AuditPoint {
+struct AuditPoint {
     /// Name of the scene.
-    pub scene: String,
+    scene: String,
     /// Random clicks for each class.
-    pub clicks: usize,
+    clicks: usize,
     /// Seed of the clicks and the session.
-    pub seed: u64,
+    seed: u64,
     /// Share of the pixels with a class and a truth whose class is right.
-    pub accuracy: f64,
+    accuracy: f64,
     /// Frames that an audit draws from.
-    pub frames: usize,
+    frames: usize,
     /// Places of an audit.
-    pub places: usize,
+    places: usize,
     /// Audits.
-    pub audits: usize,
+    audits: usize,
     /// Share of the audits within 3 points of the accuracy.
-    pub within_3: f64,
+    within_3: f64,
     /// Root of the mean squared error of the audits.
-    pub error: f64,
+    error: f64,
     /// Share of the audits whose 95% interval holds the accuracy.
-    pub covered: f64,
+    covered: f64,
     /// Mean half width of the interval.
-    pub half_width: f64,
+    half_width: f64,
     /// Strokes that were given a wrong class.
-    pub planted: usize,
+    planted: usize,
     /// How many of them are listed as contradicted.
-    pub listed: usize,
+    listed: usize,
     /// How many of the others are listed, too.
-    pub listed_right: usize,
+    listed_right: usize,
     /// What was planted and is not listed: the class it should have, the one it got, and why it is not listed.
-    pub missed: Vec<String>,
+    missed: Vec<String>,
+}
+
+/// Measures every scene, writes `audit.csv`, and prints.
+pub fn run(arguments: &AuditArguments) -> Result<(), Failure> {
+    let out = &arguments.on.output.out;
+    begin(out, &arguments.on.scenes)?;
+    let mut points = Vec::new();
+    let progress = Progress::default();
+    for argument in &arguments.on.scenes {
+        for &clicks in &arguments.clicks {
+            for number in 0..arguments.seeds {
+                let source = SceneSource::from_argument(argument);
+                let mut options = arguments.on.training.session_options(source);
+                options.seed += number;
+                progress.show(format!(
+                    "{}: {clicks} clicks, seed {}",
+                    argument.display(),
+                    options.seed
+                ));
+                let share = arguments.share / 100.0;
+                points.push(audits(&options, clicks.into(), share, arguments.audits.into())?);
+            }
+        }
+    }
+    export::write(&out.join("audit.csv"), csv(&points, COLUMNS)?.as_bytes())?;
+    page(&points).publish(&arguments.on.output, "audit", &points)
+}
+
+fn page(points: &[AuditPoint]) -> Page {
+    let mut page = Page::default();
+    page.paragraph(
+        "Audits of the maps after random clicks of every class: the true accuracy, per cent of the audits within 3 points \
+         of it, their root mean squared error in points, per cent whose 95% interval holds it, and half of its mean width \
+         in points. Then one stroke in ten gets a wrong class: how many of those are listed as contradicted, and of the \
+         others.",
+    );
+    let rows = points.iter().map(|point| {
+        let of = |value: f64, decimals| known(100.0 * value, decimals);
+        vec![
+            point.scene.clone(),
+            point.clicks.to_string(),
+            point.seed.to_string(),
+            of(point.accuracy, 1),
+            point.frames.to_string(),
+            point.places.to_string(),
+            of(point.within_3, 0),
+            of(point.error, 2),
+            of(point.covered, 0),
+            of(point.half_width, 1),
+            format!("{} of {}", point.listed, point.planted),
+            point.listed_right.to_string(),
+        ]
+    });
+    let header = "scene | clicks | seed | accuracy | frames | places | within 3 | error | covered | half width | \
+                  planted, listed | others";
+    page.table(header, &rows.collect::<Vec<_>>());
+    page
 }
 
 /// Labels a scene with so many random clicks of every class, audits this share of its frames so many times with the truth
@@ -63,12 +129,7 @@ pub struct AuditPoint {
 ///
 /// # Errors
 /// A scene without ground truth, and whatever stops a session.
-pub fn audits(
-    options: &SessionOptions,
-    clicks: usize,
-    share: f64,
-    audits: usize,
-) -> Result<AuditPoint, Failure> {
+fn audits(options: &SessionOptions, clicks: usize, share: f64, audits: usize) -> Result<AuditPoint, Failure> {
     let seed = options.seed;
     let mut run = Client::start(options.clone());
     let scene = run.opened()?;
@@ -85,17 +146,13 @@ pub fn audits(
             .collect(),
         None => return Err(unusable_scene(&scene, "its maps are not complete")),
     };
-    let truths: BTreeMap<&str, Vec<ClassId>> = truth
+    let truths: BTreeMap<usize, Vec<ClassId>> = truth
         .images
         .keys()
-        .map(|&frame| (scene.frames[frame].stem.as_str(), truth.in_frame(&scene, frame)))
+        .map(|&frame| (frame, truth.in_frame(&scene, frame)))
         .collect();
-    let accuracy = accuracy(&scene, &maps, &truths);
-    let map = |frame: usize| {
-        truths
-            .contains_key(scene.frames[frame].stem.as_str())
-            .then(|| Arc::clone(&maps[frame]))
-    };
+    let accuracy = accuracy(&maps, &truths);
+    let map = |frame: usize| truths.contains_key(&frame).then(|| Arc::clone(&maps[frame]));
     let drawn = (0..audits as u64).filter_map(|number| Audit::draw(&scene, &map, (share, number), 0));
     let mut drawn: Vec<Audit> = drawn.collect();
     drawn.iter_mut().for_each(|audit| answer(audit, &scene, &truths));
@@ -135,13 +192,10 @@ pub fn audits(
 }
 
 /// Share of the pixels with a class and a truth whose class is right.
-fn accuracy(scene: &Scene, maps: &[Arc<FrameMap>], truths: &BTreeMap<&str, Vec<ClassId>>) -> f64 {
+fn accuracy(maps: &[Arc<FrameMap>], truths: &BTreeMap<usize, Vec<ClassId>>) -> f64 {
     let (mut right, mut all) = (0, 0);
-    for (frame, map) in scene.frames.iter().zip(maps) {
-        let Some(truth) = truths.get(frame.stem.as_str()) else {
-            continue;
-        };
-        for (&class, &truth) in map.labels().iter().zip(truth) {
+    for (&frame, truth) in truths {
+        for (&class, &truth) in maps[frame].labels().iter().zip(truth) {
             let counts = class != VOID && truth != VOID;
             all += usize::from(counts);
             right += usize::from(counts && class == truth);
@@ -151,16 +205,15 @@ fn accuracy(scene: &Scene, maps: &[Arc<FrameMap>], truths: &BTreeMap<&str, Vec<C
 }
 
 /// Judges every place by the truth; where that is void it cannot be told.
-fn answer(audit: &mut Audit, scene: &Scene, truths: &BTreeMap<&str, Vec<ClassId>>) {
-    let widths: BTreeMap<&str, u32> = scene
-        .frames
-        .iter()
-        .map(|frame| (frame.stem.as_str(), frame.camera.width))
-        .collect();
+fn answer(audit: &mut Audit, scene: &Scene, truths: &BTreeMap<usize, Vec<ClassId>>) {
     for place in &mut audit.places {
         let stem = audit.frames[place.frame].stem.as_str();
+        let frame = scene.frames.iter().position(|frame| frame.stem == stem);
+        let Some((frame, truth)) = frame.and_then(|frame| Some((frame, truths.get(&frame)?))) else {
+            continue;
+        };
         let [x, y] = place.pixel;
-        place.verdict = Some(match truths[stem][(y * widths[stem] + x) as usize] {
+        place.verdict = Some(match truth[(y * scene.frames[frame].camera.width + x) as usize] {
             VOID => Verdict::Skipped,
             class if class == place.class => Verdict::Right,
             _ => Verdict::Wrong,

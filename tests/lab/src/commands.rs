@@ -1,16 +1,10 @@
 //! What each command does: it measures, writes tables, charts and a page, and prints.
 
 mod all;
-mod audit;
-mod engine;
-mod field;
-mod latency;
-mod paper;
 mod pareto;
 mod scale;
 mod simulate;
 mod stability;
-mod stereo;
 
 use std::collections::HashSet;
 use std::env;
@@ -24,8 +18,8 @@ use inplace_core::export::{self, total_memory};
 use inplace_core::scene::SceneSource;
 use serde::de::DeserializeOwned;
 
-use crate::Failure;
 use crate::arguments::{Arguments, Bench, Command};
+use crate::{Failure, audit, engine, field, latency, paper, stereo};
 
 /// Does what the command line asks for.
 ///
@@ -51,7 +45,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
 }
 
 /// Prepares the folder of the results, and refuses captures whose folders have the same name: results are told apart by it.
-fn begin(out: &Path, scenes: &[PathBuf]) -> Result<(), Failure> {
+pub(crate) fn begin(out: &Path, scenes: &[PathBuf]) -> Result<(), Failure> {
     export::prepare(out, &[])?;
     let mut names = HashSet::new();
     let of = |scene: &PathBuf| SceneSource::from_argument(scene).name();
@@ -65,7 +59,7 @@ fn begin(out: &Path, scenes: &[PathBuf]) -> Result<(), Failure> {
 }
 
 /// A number of things, such as `1 seed` and `2 seeds`.
-fn counted(count: impl Into<u64>, thing: &str) -> String {
+pub(crate) fn counted(count: impl Into<u64>, thing: &str) -> String {
     let count = count.into();
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
@@ -103,7 +97,7 @@ fn in_own_process<T: DeserializeOwned>(option: [&OsStr; 2], what: &str) -> Resul
 }
 
 /// Name of the processor, where the system tells.
-fn processor() -> String {
+pub(crate) fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("model name"));
     line.and_then(|line| line.split_once(':')).map_or_else(

@@ -1,36 +1,52 @@
-//! How fast the field's kernels are, path by path, and how soon a field is good.
+//! `inplace-lab bench engine`: how fast the field's kernels are, path by path, and how soon a field is good.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use candle_core::{Device, Result};
+use candle_core::{Device, Result as Computed};
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
+use serde_json::json;
 
 use super::Failure;
+use super::arguments::EngineArguments;
+use super::chart::{Axis, Figure, Panel, Point, Scale, Series};
+use super::commands::{begin, counted, grouped, processor};
 use super::learnt::pool;
-use super::reached::{Progress, Reached};
+use super::page::Page;
+use inplace_core::export::{self, peak_memory};
 use inplace_core::field::kernels::Dispatch;
 use inplace_core::field::reference::{PixelLabels, ReferenceSettings, ReferenceTrainer};
 use inplace_core::field::{
-    Backend, Capacity, OccupancyGrid, Preset, RadianceField, Ray, Recipe, RenderedRay, Samples, Sampling,
-    Trainer, Volume, best_device,
+    Backend, Capacity, HeldOut, OccupancyGrid, Preset, RadianceField, Ray, Recipe, RenderedRay, Samples,
+    Sampling, Trainer, Volume, best_device,
 };
-use inplace_core::scene::Scene;
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::session::Progress;
 
 /// Samples of one measured step.
 const SAMPLES: usize = 48 * 1024;
 
+/// Sizes of the hash table that the engine is measured with.
+const TABLES: [u32; 2] = [17, 19];
+/// The name of the way that the others are compared with.
+const PLAIN: &str = "candle";
+/// Errors and PSNRs until which the seconds are told, from easy to hard: errors of the ray length in centimetres and in per
+/// cent of it, and decibels.
+const CENTIMETRES: [f32; 4] = [10.0, 5.0, 2.0, 1.0];
+const PER_CENT: [f32; 3] = [5.0, 2.5, 1.5];
+const DECIBELS: [f32; 4] = [25.0, 27.0, 29.0, 30.0];
+
 /// The speed of one way to compute the field.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PathSpeed {
+struct PathSpeed {
     /// `fused-<vector unit>`, or `candle` for plain ops.
-    pub name: String,
+    name: String,
     /// Logarithm (base 2) of the rows of a hashed level.
-    pub table_log2: u32,
+    table_log2: u32,
     /// Samples a second, forward and backward; the median over the runs.
-    pub samples_per_s: f64,
+    samples_per_s: f64,
 }
 
 /// Measures every path that this processor has, in turn, `rounds` times, on random rays through a room
@@ -38,11 +54,7 @@ pub struct PathSpeed {
 ///
 /// # Errors
 /// None on the CPU short of a lack of memory.
-pub fn path_speeds(
-    table_log2: u32,
-    rounds: usize,
-    threads: usize,
-) -> std::result::Result<Vec<PathSpeed>, Failure> {
+fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<PathSpeed>, Failure> {
     let (min, side) = (Vec3::ZERO, 6.0);
     let volume = Volume { min, side };
     let capacity = Capacity {
@@ -58,7 +70,7 @@ pub fn path_speeds(
     let paths = Dispatch::available().map(Backend::Fused);
     let paths = paths.chain([Backend::Plain(Device::Cpu)]);
     let field = |path: Backend| Ok((name(&path), RadianceField::new(volume, &capacity, 1, &path)?));
-    let fields = paths.map(field).collect::<Result<Vec<_>>>()?;
+    let fields = paths.map(field).collect::<Computed<Vec<_>>>()?;
     let samples = Arc::new(random_samples(&volume));
     let gaps = vec![0.0; samples.len()];
     let pool = pool(threads)?;
@@ -67,7 +79,7 @@ pub fn path_speeds(
     for round in 0..=rounds {
         for ((_, field), times) in fields.iter().zip(&mut times) {
             let start = Instant::now();
-            pool.install(|| -> Result<()> {
+            pool.install(|| -> Computed<()> {
                 let out = field.render(Arc::clone(&samples), gaps.clone())?;
                 out.sqr()?.mean_all()?.backward()?;
                 Ok(())
@@ -100,117 +112,119 @@ fn name(path: &Backend) -> String {
 }
 
 /// What is trained in a run: its name for people, how much the field may model, and what it is trained by.
-pub type Variant = (&'static str, Preset, Recipe);
+type Variant = (&'static str, Preset, Recipe);
 
 /// How good a field was after so much training.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RunPoint {
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+struct RunPoint {
     /// The scene.
-    pub scene: String,
+    scene: String,
     /// Name of what was trained.
-    pub preset: String,
+    preset: String,
     /// Whether the field was given measured depth.
-    pub depth: bool,
+    depth: bool,
     /// Seed of the run.
-    pub seed: u64,
+    seed: u64,
     /// Seconds of training.
-    pub seconds: f64,
+    seconds: f64,
     /// Steps done.
-    pub steps: u64,
+    steps: u64,
     /// Rays trained on a second, over all training so far.
-    pub rays_per_s: f64,
+    rays_per_s: f64,
     /// Steps a second, over all training so far.
-    pub steps_per_s: f64,
+    steps_per_s: f64,
     /// Samples a training ray needed of late; of the reference, its network evaluations.
-    pub samples_per_ray: f32,
+    samples_per_ray: f32,
     /// Median error of the ray length on held-out frames, in metres.
-    pub depth_error_m: Option<f32>,
+    depth_error_m: Option<f32>,
     /// The same as a share of the ray length.
-    pub depth_error_rel: Option<f32>,
+    depth_error_rel: Option<f32>,
     /// Share of the held-out pixels within a tenth of the ray length, 0..=1.
-    pub within_tenth: Option<f32>,
+    within_tenth: Option<f32>,
     /// Peak signal-to-noise ratio on held-out frames, in dB.
-    pub psnr_db: f32,
-    /// Trainable parameters.
-    pub parameters: usize,
+    psnr_db: f32,
     /// How often the field came back to an earlier state, because it had collapsed or was not finite.
-    pub undone: u64,
+    undone: u64,
+    /// The time that was asked for, of a look that is not in between.
+    #[serde(skip)]
+    mark: Option<f64>,
+}
+
+impl RunPoint {
+    /// A look at a field, without its work.
+    fn of(scene: &Scene, preset: &str, seed: u64, seconds: f64, held_out: &HeldOut) -> Self {
+        Self {
+            scene: scene.name(),
+            preset: preset.to_owned(),
+            depth: scene.has_depth(),
+            seed,
+            seconds,
+            depth_error_m: held_out.depth_error,
+            depth_error_rel: held_out.relative_depth_error,
+            within_tenth: held_out.within_tenth,
+            psnr_db: held_out.psnr,
+            ..Self::default()
+        }
+    }
 }
 
 /// Trains a field on `scene` and measures it on its held-out frames against `truth`, another reading of
-/// the same capture, after each of `marks` seconds of training (measuring not counted); in between it is
-/// looked at often enough to tell when it reached the [`TARGETS`](super::TARGETS) within a tenth.
+/// the same capture, after each of `marks` seconds of training (measuring not counted), and in between: every half second at
+/// first, then ever less often, so that it is known within a tenth when it was how good.
 ///
 /// # Errors
 /// None on the CPU short of a lack of memory.
-pub fn training_run(
+fn training_run(
     scene: &Arc<Scene>,
     truth: &Scene,
     (name, preset, recipe): Variant,
     seed: u64,
     marks: &[f64],
-) -> Result<(Vec<RunPoint>, Vec<Reached>)> {
+) -> Computed<Vec<RunPoint>> {
     if preset == Preset::Reference {
         return reference_run(scene, truth, seed, marks);
     }
-    let mut reached = Progress::default();
-    let (path, own) = (Backend::best()?, Arc::clone(scene));
-    let mut trainer = Trainer::on(&path, own, (preset, 1.0), recipe, seed)?;
-    let mut seconds = 0.0;
+    let mut trainer = Trainer::on(&Backend::best()?, Arc::clone(scene), (preset, 1.0), recipe, seed)?;
+    let (mut seconds, mut last_look) = (0.0, 0.0);
     let mut points = Vec::new();
     for &mark in marks {
-        while seconds < mark {
+        loop {
+            let at_mark = seconds >= mark;
+            let is_due = seconds >= (last_look + 0.5_f64).max(1.1 * last_look);
+            if (at_mark || is_due)
+                && let Some(held_out) = trainer.evaluate_against(truth)?
+            {
+                last_look = seconds;
+                let work = trainer.work();
+                points.push(RunPoint {
+                    steps: trainer.steps(),
+                    rays_per_s: work.rays as f64 / seconds,
+                    steps_per_s: work.steps as f64 / seconds,
+                    samples_per_ray: trainer.samples_per_ray(),
+                    undone: trainer.undone(),
+                    mark: at_mark.then_some(mark),
+                    ..RunPoint::of(scene, name, seed, seconds, &held_out)
+                });
+            }
+            if at_mark {
+                break;
+            }
             let start = Instant::now();
             trainer.step()?;
             seconds += start.elapsed().as_secs_f64();
-            if reached.is_due(seconds)
-                && let Some(held_out) = trainer.evaluate_against(truth)?
-            {
-                reached.note(seconds, &held_out);
-            }
-        }
-        if let Some(held_out) = trainer.evaluate_against(truth)? {
-            reached.note(seconds, &held_out);
-            let work = trainer.work();
-            points.push(RunPoint {
-                scene: scene.name(),
-                preset: name.to_owned(),
-                depth: scene.has_depth(),
-                seed,
-                seconds,
-                steps: trainer.steps(),
-                rays_per_s: work.rays as f64 / seconds,
-                steps_per_s: work.steps as f64 / seconds,
-                samples_per_ray: trainer.samples_per_ray(),
-                depth_error_m: held_out.depth_error,
-                depth_error_rel: held_out.relative_depth_error,
-                within_tenth: held_out.within_tenth,
-                psnr_db: held_out.psnr,
-                parameters: trainer.field().parameters(),
-                undone: trainer.undone(),
-            });
         }
     }
-    let reached = reached.finish(&scene.name(), name, scene.has_depth(), seed);
-    Ok((points, reached))
+    Ok(points)
 }
 
 /// The same for the paper's networks, which have no labels here and learn colours alone. A step takes
 /// longer than some marks are apart: what is measured is the state after the last whole step. They are looked
 /// at at the marks alone, since a look takes seconds.
-fn reference_run(
-    scene: &Arc<Scene>,
-    truth: &Scene,
-    seed: u64,
-    marks: &[f64],
-) -> Result<(Vec<RunPoint>, Vec<Reached>)> {
+fn reference_run(scene: &Arc<Scene>, truth: &Scene, seed: u64, marks: &[f64]) -> Computed<Vec<RunPoint>> {
     let device = best_device()?;
     let (settings, labels) = (ReferenceSettings::published(&device), PixelLabels::default());
-    let mut reached = Progress::default();
     let mut trainer = ReferenceTrainer::new(Arc::clone(scene), labels, settings, &device, seed)?;
     let rays = trainer.held_out().rays(scene);
-    // Depth does no more than bound the volume.
-    let (preset, depth) = (Preset::Reference.name(), false);
     let mut seconds = 0.0;
     let mut points = Vec::new();
     for &mark in marks {
@@ -222,27 +236,19 @@ fn reference_run(
         let rendered = trainer.field().render(&rays)?;
         let seen: Vec<RenderedRay> = rendered.iter().map(|ray| ray.seen).collect();
         if let Some(held_out) = trainer.held_out().error(&seen, truth) {
-            reached.note(seconds, &held_out);
             points.push(RunPoint {
-                scene: scene.name(),
-                preset: preset.to_owned(),
-                depth,
-                seed,
-                seconds,
+                // Depth does no more than bound the volume.
+                depth: false,
                 steps: trainer.steps(),
                 rays_per_s: trainer.work().rays as f64 / seconds,
                 steps_per_s: trainer.work().rays as f64 / settings.rays as f64 / seconds,
                 samples_per_ray: settings.evaluations_per_ray() as f32,
-                depth_error_m: held_out.depth_error,
-                depth_error_rel: held_out.relative_depth_error,
-                within_tenth: held_out.within_tenth,
-                psnr_db: held_out.psnr,
-                parameters: trainer.field().parameters(),
-                undone: 0,
+                mark: Some(mark),
+                ..RunPoint::of(scene, Preset::Reference.name(), seed, seconds, &held_out)
             });
         }
     }
-    Ok((points, reached.finish(&scene.name(), preset, depth, seed)))
+    Ok(points)
 }
 
 /// Rays of sixteen samples each from the middle of the volume to all sides.
@@ -265,4 +271,247 @@ fn random_samples(volume: &Volume) -> Samples {
         jitter: Some(1),
     };
     Samples::along(&rays, volume, &OccupancyGrid::unknown(0.02), sampling)
+}
+
+/// Measures, writes `engine.json` and, of what was trained, `engine.svg`, and prints.
+pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
+    let out = &arguments.output.out;
+    begin(out, &arguments.scenes)?;
+    let threads = arguments.reading.threads();
+    let progress = Progress::default();
+    let mut paths = Vec::new();
+    for table_log2 in TABLES.into_iter().filter(|_| arguments.rounds > 0) {
+        progress.show(format!("speed of each way, tables of 2^{table_log2} rows"));
+        paths.extend(path_speeds(table_log2, arguments.rounds, threads)?);
+    }
+    let looks = looks(arguments, threads, &progress)?;
+    let runs: Vec<RunPoint> = looks.iter().filter(|look| look.mark.is_some()).cloned().collect();
+    drop(progress);
+    let peak = peak_memory();
+    let result = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": processor(),
+        "threads": threads,
+        "rounds": arguments.rounds,
+        "peak_memory_bytes": peak,
+        "paths": paths,
+        "runs": runs,
+    });
+    export::write_json(&out.join("engine.json"), &result)?;
+    let mut page = Page::default();
+    add_paths(&mut page, &paths);
+    add_runs(&mut page, &runs);
+    add_reached(&mut page, &looks);
+    if let Some(peak) = peak {
+        page.paragraph(&format!("Peak memory: {:.2} GB.", peak as f64 / 1e9));
+    }
+    if !runs.is_empty() {
+        figure(arguments, threads, &runs).write(&out.join("engine.svg"))?;
+        page.chart("How fast the engine is", "engine.svg");
+    }
+    page.publish(&arguments.output, "engine", &result)
+}
+
+/// Every look at every field.
+fn looks(arguments: &EngineArguments, threads: usize, progress: &Progress) -> Result<Vec<RunPoint>, Failure> {
+    let pool = pool(threads)?;
+    let mut looks = Vec::new();
+    let variants: Vec<Variant> = if arguments.ablate {
+        let parts = Recipe::ablations().into_iter();
+        parts.map(|(name, recipe)| (name, Preset::Auto, recipe)).collect()
+    } else {
+        let presets = arguments.presets.iter();
+        presets
+            .map(|&preset| (preset.name(), preset, Recipe::default()))
+            .collect()
+    };
+    for scene in &arguments.scenes {
+        let source = SceneSource::from_argument(scene);
+        let open = |options| Scene::open(&source, options, &|_, _| {});
+        let options = arguments.reading.open_options();
+        let truth = open(OpenOptions {
+            depth: true,
+            ..options
+        })?;
+        let seen = Arc::new(open(options)?);
+        for run in 0..arguments.seeds {
+            let seed = arguments.reading.seed.wrapping_add(run);
+            for &variant in &variants {
+                progress.show(format!("{}, seed {seed}: {}", scene.display(), variant.0));
+                let measured =
+                    pool.install(|| training_run(&seen, &truth, variant, seed, &arguments.marks))?;
+                looks.extend(measured);
+            }
+        }
+    }
+    Ok(looks)
+}
+
+/// A row for each way, a column for each size of the table.
+fn add_paths(page: &mut Page, paths: &[PathSpeed]) {
+    if paths.is_empty() {
+        return;
+    }
+    page.paragraph(
+        "Million samples a second of each way to compute the field, forward and backward: medians, and how many times \
+         as fast as plain candle ops.",
+    );
+    let of = |name: &str, table: u32| {
+        let is = |path: &&PathSpeed| path.name == name && path.table_log2 == table;
+        paths.iter().find(is)
+    };
+    let mut rows = Vec::new();
+    for (name, own) in grouped(paths, |path| path.name.clone()) {
+        let mut row = vec![name];
+        for path in own {
+            let plain = of(PLAIN, path.table_log2).map_or(f64::NAN, |plain| plain.samples_per_s);
+            row.push(format!("{:.2}", path.samples_per_s / 1e6));
+            row.push(format!("{:.1}", path.samples_per_s / plain));
+        }
+        rows.push(row);
+    }
+    let tables = TABLES.map(|table| format!(" | 2^{table} rows a level | times candle"));
+    page.table(&format!("way{}", tables.concat()), &rows);
+}
+
+/// Median of the finite ones among some values, and the range around it where they differ, as text.
+fn spread(values: impl IntoIterator<Item = f64>, decimals: usize) -> String {
+    let Some(Point { y, range, .. }) = Point::of_values(0.0, values) else {
+        return "-".to_owned();
+    };
+    match range {
+        (low, high) if low < high => {
+            format!("{y:.decimals$} ({low:.decimals$} to {high:.decimals$})")
+        }
+        _ => format!("{y:.decimals$}"),
+    }
+}
+
+/// A row for each scene and mark: medians over the seeds, with their range.
+fn add_runs(page: &mut Page, runs: &[RunPoint]) {
+    if runs.is_empty() {
+        return;
+    }
+    page.paragraph(
+        "How good the field is on frames that it was not trained on, after so many seconds of training: the median \
+         error of the ray length, the share of pixels within a tenth of it, and the PSNR of the colours; medians over \
+         the seeds, and ranges.",
+    );
+    let mut rows = Vec::new();
+    for ((scene, preset, depth), of_scene) in
+        grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
+    {
+        for (_, at) in grouped(of_scene, |run| run.mark) {
+            let of = |value: &dyn Fn(&RunPoint) -> f64, decimals| {
+                spread(at.iter().map(|run| value(run)), decimals)
+            };
+            let some = |value: Option<f32>| value.map_or(f64::NAN, |value| 100.0 * f64::from(value));
+            rows.push(vec![
+                scene.clone(),
+                preset.clone(),
+                if depth { "yes" } else { "no" }.to_owned(),
+                format!("{:.0}", at[0].seconds),
+                format!("{:.0}", at[0].steps_per_s),
+                format!("{:.0}", at[0].rays_per_s),
+                format!("{:.1}", at[0].samples_per_ray),
+                of(&|run| some(run.depth_error_m), 2),
+                of(&|run| some(run.depth_error_rel), 2),
+                of(&|run| some(run.within_tenth), 1),
+                of(&|run| f64::from(run.psnr_db), 1),
+            ]);
+        }
+    }
+    page.table(
+        "scene | preset | depth | seconds | steps/s | rays/s | samples a ray | error, cm \
+         | error, % | within 10%, % | PSNR, dB",
+        &rows,
+    );
+}
+
+/// A line for each scene and quantity: seconds until each target, medians over the seeds that met it.
+fn add_reached(page: &mut Page, looks: &[RunPoint]) {
+    if looks.is_empty() {
+        return;
+    }
+    page.paragraph("Seconds of training until:");
+    let mut items = Vec::new();
+    for ((scene, preset, depth), own) in grouped(looks, |look| {
+        (look.scene.clone(), look.preset.clone(), look.depth)
+    }) {
+        let seeds = grouped(own, |look| look.seed);
+        let told = |name: String, is_met: &dyn Fn(&RunPoint) -> bool| {
+            let first = |(_, looks): &(u64, Vec<&RunPoint>)| {
+                let look = looks.iter().find(|look| is_met(look))?;
+                Some(look.seconds)
+            };
+            let met: Vec<f64> = seeds.iter().filter_map(first).collect();
+            let share = if met.is_empty() || met.len() == seeds.len() {
+                String::new()
+            } else {
+                format!(" in {} of {} runs", met.len(), seeds.len())
+            };
+            format!("{name}: {}{share}", spread(met, 1))
+        };
+        let within = |error: Option<f32>, most: f32| error.is_some_and(|error| 100.0 * error <= most);
+        let of_depth = CENTIMETRES
+            .map(|most| told(format!("{most:.0} cm"), &|look| within(look.depth_error_m, most)))
+            .join("; ");
+        let of_share = PER_CENT
+            .map(|most| told(format!("{most:.1}%"), &|look| within(look.depth_error_rel, most)))
+            .join("; ");
+        let of_colour = DECIBELS
+            .map(|least| told(format!("{least:.0} dB"), &|look| look.psnr_db >= least))
+            .join("; ");
+        let with = if depth { "depth" } else { "no depth" };
+        let texts = [of_depth, of_share, of_colour];
+        items.extend(texts.map(|texts| format!("{scene}, {preset}, {with}: {texts}")));
+    }
+    page.list(&items);
+}
+
+/// `engine.svg`: how good each field is as it is trained.
+fn figure(arguments: &EngineArguments, threads: usize, runs: &[RunPoint]) -> Figure {
+    let first = arguments.reading.seed;
+    let seeds = match arguments.seeds {
+        1 => format!("seed {first}"),
+        count => {
+            let last = first.wrapping_add(count - 1);
+            format!("median and range over seeds {first} to {last}")
+        }
+    };
+    Figure {
+        title: "How fast the engine is".to_owned(),
+        subtitle: format!("{}, {}; {seeds}", processor(), counted(threads as u64, "thread")),
+        rows: vec![progress(runs)],
+    }
+}
+
+/// Depth error and PSNR over the seconds of training.
+fn progress(runs: &[RunPoint]) -> Vec<Panel> {
+    let lines = |value: &dyn Fn(&RunPoint) -> f64| -> Vec<Series> {
+        grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
+            .into_iter()
+            .map(|((scene, preset, depth), own)| {
+                let points = grouped(own, |run| run.mark).into_iter().filter_map(|(_, at)| {
+                    let middle = Point::of_values(0.0, at.iter().map(|run| run.seconds))?.y;
+                    Point::of_values(middle, at.iter().map(|run| value(run)))
+                });
+                let preset = match preset.as_str() {
+                    "auto" => String::new(),
+                    other => format!(", {other}"),
+                };
+                let depth = if depth { "" } else { ", no depth" };
+                Series::new(format!("{scene}{preset}{depth}"), points)
+            })
+            .collect()
+    };
+    let seconds = Axis::new("seconds of training", Scale::Logarithmic);
+    let depth = Axis::new("median error, cm", Scale::Logarithmic);
+    let of_depth = lines(&|run| 100.0 * run.depth_error_m.map_or(f64::NAN, f64::from));
+    let colour = Axis::new("PSNR, dB", Scale::Linear);
+    let of_colour = lines(&|run| f64::from(run.psnr_db));
+    vec![
+        Panel::new("Depth on held-out frames", seconds.clone(), depth, of_depth),
+        Panel::new("Colour on held-out frames", seconds, colour, of_colour),
+    ]
 }

@@ -1,4 +1,4 @@
-//! The semantic field by itself: the labels that it renders, measured beside what the surface says.
+//! `inplace-lab bench field`, the semantic field by itself: the labels that it renders, measured beside what the surface says.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,18 +10,24 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::arguments::FieldArguments;
-use super::learnt::{NodeLabels, learn, spread, surface};
+use super::chart::{Axis, Figure, Panel, Point, Scale, Series};
+use super::commands::{begin, counted, grouped};
+use super::learnt::{NodeLabels, learn, pool, spread, surface};
+use super::page::{Page, known};
 use super::paper::pixel_noise;
 use super::simulate::{Annotator, Policy};
+use super::table::csv;
 use super::{ConfusionMatrix, Failure, SceneTruth, unusable_scene};
-use inplace_core::field::{Ray, Trainer};
+use inplace_core::arguments::TrainingArguments;
+use inplace_core::export;
+use inplace_core::field::{Preset, Ray, Trainer};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
-use inplace_core::scene::Scene;
+use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::semantics::{FrameMap, LabelPropagation, NodeVotes, SemanticField, SemanticPart, Surface};
-use inplace_core::session::{Client, Command, ModelState, SessionOptions, sampling};
+use inplace_core::session::{Client, Command, ModelState, Progress, SessionOptions, sampling};
 
 /// Seconds after the labels at which the answers are measured, ascending.
-pub fn marks(arguments: &FieldArguments) -> Vec<f64> {
+fn marks(arguments: &FieldArguments) -> Vec<f64> {
     let mut marks = arguments.marks.clone();
     marks.sort_by(f64::total_cmp);
     marks
@@ -64,7 +70,7 @@ impl Learnt {
 ///
 /// # Errors
 /// A scene without ground truth or without a surface, and whatever stops a session.
-pub fn semantic_field(
+fn semantic_field(
     arguments: &FieldArguments,
     session: SessionOptions,
     progress: &mut dyn FnMut(&str),
@@ -83,28 +89,28 @@ pub fn semantic_field(
 
 /// How good an answer was so long after its labels were given.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FieldPoint {
+struct FieldPoint {
     /// Name of the scene.
-    pub scene: String,
+    scene: String,
     /// Whether depth was read.
-    pub depth: bool,
+    depth: bool,
     /// The labels that were given, such as `5 clicks a class` or `90% pixel noise`.
-    pub labels: String,
+    labels: String,
     /// Whose answer: `graph`, `maps`, `majority` (of each voxel's votes), `field` (as from any pose) or
     /// `field, known depth` (rays end at the frame's measured depth, as they do for the others).
-    pub answer: &'static str,
+    answer: &'static str,
     /// Whether it is what the frames show: that of the maps.
-    pub shown: bool,
+    shown: bool,
     /// Seed of the labels and of the training.
-    pub seed: u64,
+    seed: u64,
     /// Seconds since the last label; not a number where the answer does not change.
-    pub seconds: f64,
+    seconds: f64,
     /// Mean intersection over union on the test frames, every so many pixels along each axis.
-    pub miou: f64,
+    miou: f64,
 }
 
 /// The columns of `field.csv`, one row for each point.
-pub const COLUMNS: &str = "scene depth labels answer shown seed seconds miou:4";
+const COLUMNS: &str = "scene depth labels answer shown seed seconds miou:4";
 
 /// The pixels of the test frames that answers are measured on, and what the points have in common.
 struct Measured<'a> {
@@ -342,16 +348,109 @@ fn labelled_by_clicks(arguments: &FieldArguments, learnt: &mut Learnt) -> Result
     Ok(points)
 }
 
+/// Measures every scene, writes `field.csv` and `field.svg`, and prints.
+pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
+    if arguments.on.training.preset == Preset::Reference {
+        return Err("the published network learns labels and colours at once; leave --preset away".into());
+    }
+    let out = &arguments.on.output.out;
+    begin(out, &arguments.on.scenes)?;
+    let marks = marks(arguments);
+    let threads = arguments.on.training.reading.threads();
+    let pool = pool(threads)?;
+    let mut points = Vec::new();
+    for argument in &arguments.on.scenes {
+        for run in 0..arguments.seeds {
+            let source = SceneSource::from_argument(argument);
+            let mut session = arguments.on.training.session_options(source);
+            session.seed = session.seed.wrapping_add(run);
+            let seed = session.seed;
+            let measured = pool.install(|| {
+                let progress = Progress::default();
+                semantic_field(arguments, session, &mut |what| {
+                    progress.show(format!("{}, seed {seed}: {what}", argument.display()));
+                })
+            });
+            points.extend(measured?);
+        }
+    }
+    export::write(&out.join("field.csv"), csv(&points, COLUMNS)?.as_bytes())?;
+    figure(arguments, threads, &marks, &points).write(&out.join("field.svg"))?;
+    page(&marks, &points).publish(&arguments.on.output, "field", &points)
+}
+
+/// The points of one answer at a time; those that do not change are there at all times.
+fn at<'a>(own: &'a [&FieldPoint], answer: &'a str, mark: f64) -> impl Iterator<Item = f64> + 'a {
+    own.iter()
+        .filter(move |point| point.answer == answer && (point.seconds.is_nan() || point.seconds == mark))
+        .map(|point| point.miou)
+}
+
+/// A row for each answer, a column for each time: medians over the seeds.
+fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
+    let mut page = Page::default();
+    page.paragraph("mIoU on the test frames against the seconds since the labels: medians over the seeds.");
+    let mut rows = Vec::new();
+    for ((scene, labels), own) in grouped(points, |point| (point.scene.clone(), point.labels.clone())) {
+        for (answer, _) in grouped(&own, |point| point.answer) {
+            let median = |&mark: &f64| {
+                let median = Point::of_values(mark, at(&own, answer, mark));
+                known(median.map(|point| point.y), 3)
+            };
+            let mut row = vec![scene.clone(), labels.clone(), answer.to_owned()];
+            row.extend(marks.iter().map(median));
+            rows.push(row);
+        }
+    }
+    let times: String = marks.iter().map(|mark| format!(" | {mark} s")).collect();
+    page.table(&format!("scene | labels | answer{times}"), &rows);
+    page.chart("What the semantic field renders", "field.svg");
+    page
+}
+
+/// A row of panels for each scene, one for each kind of labels; a line for each answer.
+fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[FieldPoint]) -> Figure {
+    let panel = |scene: &str, labels: &str, own: &[&FieldPoint]| {
+        let series = grouped(own.iter().copied(), |point| point.answer).into_iter();
+        let point = |answer, mark: f64| Point::of_values(mark, at(own, answer, mark));
+        let series = series
+            .map(|(answer, _)| Series::new(answer, marks.iter().filter_map(|&mark| point(answer, mark))));
+        Panel::new(
+            format!("{scene}, {labels}"),
+            Axis::new("seconds since the last label", Scale::Logarithmic),
+            Axis::new("mIoU on the test frames", Scale::Linear),
+            series.collect(),
+        )
+    };
+    let TrainingArguments { preset, reading } = &arguments.on.training;
+    Figure {
+        title: "What the semantic field renders, beside what the surface says".to_owned(),
+        subtitle: format!(
+            "{}{} preset, {threads} threads; median and range over {} from {}; every {} pixels along each axis",
+            if reading.no_depth { "without depth; " } else { "" },
+            preset.name(),
+            counted(arguments.seeds, "seed"),
+            reading.seed,
+            arguments.stride,
+        ),
+        rows: grouped(points, |point| point.scene.clone())
+            .into_iter()
+            .map(|(scene, own)| {
+                let labels = grouped(own, |point| point.labels.clone()).into_iter();
+                labels.map(|(labels, own)| panel(&scene, &labels, &own)).collect()
+            })
+            .collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use clap::Parser;
 
     use super::*;
     use crate::arguments::{self, Arguments, Bench};
-    use crate::table::csv;
     use crate::testing::{capture_of, options};
     use inplace_core::labels::Class;
-    use inplace_core::scene::SceneSource;
 
     #[test]
     fn every_answer_is_measured_at_every_time() {

@@ -1,69 +1,77 @@
-//! How long a click waits for its maps while the session trains.
+//! `inplace-lab bench latency`: how long a click waits for its maps while the session trains.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
+use super::arguments::LatencyArguments;
+use super::chart::{Axis, Figure, Panel, Point, Scale, Series};
+use super::commands::{begin, processor};
 use super::learnt::{wait_for_map, wait_for_surface};
-use super::simulate::{Annotator, Click, Policy};
+use super::page::Page;
+use super::simulate::{Annotator, Click, Policy, name_objects};
 use super::{Failure, SceneTruth, no_strokes, unusable_scene};
-use inplace_core::export::peak_memory;
-use inplace_core::labels::{LabelSet, Object, ObjectId};
-use inplace_core::session::{Client, Command, SessionOptions};
+use inplace_core::export::{self, peak_memory};
+use inplace_core::field::Preset;
+use inplace_core::labels::LabelSet;
+use inplace_core::scene::SceneSource;
+use inplace_core::session::{Client, Command, Progress, SessionOptions};
 
 /// How long training goes on between clicks, in milliseconds: random, so that clicks fall on all of its work.
 const REST_MS: std::ops::Range<u64> = 50..300;
 
+/// Most milliseconds that half of the clicks may wait for the map in view, and for all of them.
+const TARGETS: (f64, f64) = (100.0, 2000.0);
+
 /// How long clicks waited in one scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Latency {
+struct Latency {
     /// Name of the scene.
-    pub scene: String,
+    scene: String,
     /// From the click until the map of the frame in view had been read, in milliseconds.
-    pub in_view_ms: Percentiles,
+    in_view_ms: Percentiles,
     /// From the click until every frame had its map, in milliseconds.
-    pub all_frames_ms: Percentiles,
+    all_frames_ms: Percentiles,
     /// Number of clicks.
-    pub clicks: usize,
+    clicks: usize,
     /// Number of frames.
-    pub frames: usize,
+    frames: usize,
     /// Number of classes.
-    pub classes: usize,
+    classes: usize,
     /// Number of objects that strokes named before the first click; then each click named another one.
-    pub objects: usize,
+    objects: usize,
     /// Voxels of the surface at the last click.
-    pub surface_nodes: usize,
+    surface_nodes: usize,
     /// Whether depth was read.
-    pub depth: bool,
+    depth: bool,
     /// Threads of the session.
-    pub threads: usize,
+    threads: usize,
     /// Seed of the clicks and of the session.
-    pub seed: u64,
+    seed: u64,
     /// Most memory that the process has taken, where the system tells.
-    pub peak_memory_bytes: Option<u64>,
+    peak_memory_bytes: Option<u64>,
     /// Sessions that it took: when a field was trained, a new one went on from the same labels.
-    pub sessions: usize,
+    sessions: usize,
 }
 
 /// Values that so many percent of all do not exceed; the smallest such ones.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Percentiles {
+struct Percentiles {
     /// Half of them.
-    pub p50: f64,
+    p50: f64,
     /// 95%.
-    pub p95: f64,
+    p95: f64,
     /// 99%.
-    pub p99: f64,
+    p99: f64,
     /// All values, ascending.
     #[serde(skip)]
-    pub sorted: Vec<f64>,
+    sorted: Vec<f64>,
 }
 
 impl Percentiles {
     /// Of some values; `None` without any.
-    pub fn of(mut values: Vec<f64>) -> Option<Self> {
+    fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
         let rank = |percent: usize| (values.len() * percent).div_ceil(100);
         let at = |percent: usize| values.get(rank(percent).saturating_sub(1)).copied();
@@ -76,12 +84,91 @@ impl Percentiles {
     }
 }
 
+/// Measures every scene, writes `latency.json` and `latency.svg`, and prints.
+pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
+    let training = &arguments.on.training;
+    if training.preset == Preset::Reference {
+        return Err("the published network has no maps while it trains; leave --preset away".into());
+    }
+    let out = &arguments.on.output.out;
+    begin(out, &arguments.on.scenes)?;
+    let mut measured = Vec::new();
+    for argument in &arguments.on.scenes {
+        let options = training.session_options(SceneSource::from_argument(argument));
+        let progress = Progress::default();
+        let clicks = (arguments.clicks.into(), arguments.objects.into());
+        measured.push(click_latency(&options, clicks, &mut |what| {
+            progress.show(format!("{}: {what}", argument.display()));
+        })?);
+    }
+    let result = match measured.as_slice() {
+        [one] => serde_json::to_value(one)?,
+        several => serde_json::to_value(several)?,
+    };
+    export::write_json(&out.join("latency.json"), &result)?;
+    figure(training.preset, &measured).write(&out.join("latency.svg"))?;
+    page(&measured).publish(&arguments.on.output, "latency", &result)
+}
+
+fn page(measured: &[Latency]) -> Page {
+    let mut page = Page::default();
+    page.paragraph(
+        "Milliseconds from a click to the map of the frame in view, and to those of all frames, while the field is \
+         being trained: half, 95% and 99% of the clicks wait no longer.",
+    );
+    let rows = measured.iter().map(|scene| {
+        let (view, all) = (&scene.in_view_ms, &scene.all_frames_ms);
+        let times = [view.p50, view.p95, view.p99, all.p50, all.p95, all.p99];
+        let mut row = vec![scene.scene.clone(), scene.frames.to_string()];
+        row.extend(times.map(|time| format!("{time:.0}")));
+        row
+    });
+    let header = "scene | frames | in view 50% | 95% | 99% | all frames 50% | 95% | 99%";
+    page.table(header, &rows.collect::<Vec<_>>());
+    page.chart("How long a click waits for its maps", "latency.svg");
+    page
+}
+
+/// The clicks sorted by how long they waited, a line for each scene.
+fn figure(preset: Preset, measured: &[Latency]) -> Figure {
+    let panel = |title: &str, target: f64, of: fn(&Latency) -> &Percentiles| {
+        let across = Axis::new("% of clicks", Scale::Linear);
+        let up = Axis::new("milliseconds at most", Scale::Logarithmic);
+        let up = up.with_mark(target, "target for half of them");
+        let series = measured.iter().map(|scene| line(scene, &of(scene).sorted));
+        Panel::new(title, across, up, series.collect())
+    };
+    let first = measured.first();
+    Figure {
+        title: "How long a click waits for its maps while the field is being trained".to_owned(),
+        subtitle: format!(
+            "{}, {} threads, {} preset; {} clicks in each scene",
+            processor(),
+            first.map_or(0, |scene| scene.threads),
+            preset.name(),
+            first.map_or(0, |scene| scene.clicks),
+        ),
+        rows: vec![vec![
+            panel("The map of the frame in view", TARGETS.0, |own| &own.in_view_ms),
+            panel("The maps of all frames", TARGETS.1, |own| &own.all_frames_ms),
+        ]],
+    }
+}
+
+fn line(scene: &Latency, sorted: &[f64]) -> Series {
+    let share = |rank: usize| 100.0 * (rank + 1) as f64 / sorted.len() as f64;
+    let depth = if scene.depth { "" } else { ", no depth" };
+    let points = sorted.iter().enumerate();
+    let points = points.map(|(rank, &value)| Point::new(share(rank), value));
+    Series::new(format!("{}, {} frames{depth}", scene.scene, scene.frames), points)
+}
+
 /// Lets an annotator who knows the truth click so many random pixels, equally many of every class, each on
 /// another frame than the one before, in a session whose field is being trained; waits for all maps of each click.
 ///
 /// # Errors
 /// A scene without ground truth or with a single frame to label, and whatever stops a session.
-pub fn click_latency(
+fn click_latency(
     options: &SessionOptions,
     (clicks, objects): (usize, usize),
     progress: &mut dyn FnMut(&str),
@@ -153,19 +240,6 @@ pub fn click_latency(
         seed: options.seed,
         sessions,
     })
-}
-
-/// Has each stroke say an object of its own; all classes become things.
-fn name_objects(labels: &mut LabelSet) {
-    labels.classes.iter_mut().for_each(|class| class.thing = true);
-    for (number, stroke) in (1..).zip(labels.strokes.values_mut()) {
-        let Some(id) = ObjectId::new(number) else {
-            return;
-        };
-        let (class, name) = (stroke.class, format!("object {number}"));
-        labels.objects.push(Object { id, class, name });
-        Arc::make_mut(stroke).object = Some(id);
-    }
 }
 
 /// So many clicks, equally many of every class, without those on the frame of the click before.

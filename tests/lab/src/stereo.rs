@@ -1,43 +1,100 @@
-//! How good the depth is that multi-view stereo estimates from colours alone, beside measured depth that it never sees.
+//! `inplace-lab bench stereo`: how good the depth is that multi-view stereo estimates from colours alone, beside measured depth that it never sees.
 
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
 use super::Failure;
+use super::arguments::StereoArguments;
+use super::commands::begin;
+use super::page::{Page, known};
+use super::table::csv;
 use inplace_core::scene::reprojection::refine;
-use inplace_core::scene::{Frame, Scene};
+use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource};
+use inplace_core::session::Progress;
 use inplace_core::stereo::{Size, Stage, StereoDepth, estimate};
+use inplace_core::{cores, export};
 
 /// Neighbouring pixels whose depths differ by more than this share of the nearer are an edge.
 const EDGE: f32 = 0.1;
 /// Pixels that a band along edges reaches to either side.
 const BAND: usize = 3;
 
+/// The columns of `stereo.csv`.
+const COLUMNS: &str =
+    "scene size stage seconds:2 complete:4 error:5 within_1:4 within_5:4 within_10:4 edge_error:5";
+
 /// How good the depth of all keyframes is after a stage. Shares are of the pixels with measured depth, errors relative to
 /// it; unknown without any.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StereoPoint {
+struct StereoPoint {
     /// Name of the scene.
-    pub scene: String,
+    scene: String,
     /// Size of the images, `half` or `full`.
-    pub size: &'static str,
+    size: &'static str,
     /// What was added last: `confident`, `filled` or `voted` pixels.
-    pub stage: &'static str,
+    stage: &'static str,
     /// Wall time since the scene was open, in seconds, without that of measuring.
-    pub seconds: f64,
+    seconds: f64,
     /// Share of all pixels that have depth.
-    pub complete: f64,
+    complete: f64,
     /// Median error of the pixels that have depth.
-    pub error: f64,
+    error: f64,
     /// Shares with an error of at most 1, 5 and 10%.
-    pub within_1: f64,
+    within_1: f64,
     /// At most 5%.
-    pub within_5: f64,
+    within_5: f64,
     /// At most 10%.
-    pub within_10: f64,
+    within_10: f64,
     /// Median error in the band of three pixels along edges of measured depth.
-    pub edge_error: f64,
+    edge_error: f64,
+}
+
+/// Measures every scene, writes `stereo.csv`, and prints.
+pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
+    let out = &arguments.output.out;
+    begin(out, &arguments.scenes)?;
+    let threads = arguments.threads.map_or_else(cores, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let mut points = Vec::new();
+    for argument in &arguments.scenes {
+        let source = SceneSource::from_argument(argument);
+        let options = OpenOptions {
+            outside_files: arguments.outside_files,
+            ..OpenOptions::default()
+        };
+        let scene = Scene::open(&source, options, &|_, _| {})?;
+        let progress = Progress::default();
+        let told = |share: f32| progress.show_share(argument.display().to_string(), share);
+        points.extend(pool.install(|| stereo_depth(&scene, &told))?);
+    }
+    export::write(&out.join("stereo.csv"), csv(&points, COLUMNS)?.as_bytes())?;
+    page(threads, &points).publish(&arguments.output, "stereo", &points)
+}
+
+fn page(threads: usize, points: &[StereoPoint]) -> Page {
+    let mut page = Page::default();
+    page.paragraph(&format!(
+        "Depth from colours alone, {threads} threads: per cent of the pixels that have depth, relative errors of the \
+         median pixel and of that near edges of the measured depth, and per cent of the pixels within 1, 5 and 10%."
+    ));
+    let rows = points.iter().map(|point| {
+        let of = |values: &[f64]| {
+            values
+                .iter()
+                .map(|value| known(100.0 * value, 1))
+                .collect::<Vec<_>>()
+        };
+        let mut row = vec![point.scene.clone(), format!("{} {}", point.size, point.stage)];
+        row.push(format!("{:.1}", point.seconds));
+        row.extend(of(&[point.complete]));
+        row.extend([point.error, point.edge_error].map(|error| known(100.0 * error, 2)));
+        row.extend(of(&[point.within_1, point.within_5, point.within_10]));
+        row
+    });
+    let header = "scene | stage | seconds | complete | median | at edges | 1% | 5% | 10%";
+    page.table(header, &rows.collect::<Vec<_>>());
+    page
 }
 
 /// Refines the poses of a scene where that helps, estimates its depth as a session does, and measures it after each stage;
@@ -45,7 +102,7 @@ pub struct StereoPoint {
 ///
 /// # Errors
 /// A scene without parallax, or whose files can no longer be read.
-pub fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<StereoPoint>, Failure> {
+fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<StereoPoint>, Failure> {
     let start = Instant::now();
     let mut scene = scene.clone();
     if let Ok(refined) = refine(&scene, &|| true) {
