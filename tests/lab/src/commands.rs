@@ -1,10 +1,6 @@
-//! What each command does: it measures, writes tables, charts and a page, and prints.
+//! Which measurement each command is, and what they share. Each measures, writes tables, charts and a page, and prints.
 
 mod all;
-mod pareto;
-mod scale;
-mod simulate;
-mod stability;
 
 use std::collections::HashSet;
 use std::env;
@@ -19,7 +15,7 @@ use inplace_core::scene::SceneSource;
 use serde::de::DeserializeOwned;
 
 use crate::arguments::{Arguments, Bench, Command};
-use crate::{Failure, audit, engine, field, latency, paper, stereo};
+use crate::{Failure, audit, engine, field, latency, paper, pareto, scale, simulate, stability, stereo};
 
 /// Does what the command line asks for.
 ///
@@ -82,7 +78,7 @@ pub(crate) fn grouped<'a, T, K: PartialEq>(
 
 /// Runs this very command again with one more option, so that the peak of its memory is that of one measurement, and reads
 /// the JSON that it prints; `what` is named where it fails.
-fn in_own_process<T: DeserializeOwned>(option: [&OsStr; 2], what: &str) -> Result<T, Failure> {
+pub(crate) fn in_own_process<T: DeserializeOwned>(option: [&OsStr; 2], what: &str) -> Result<T, Failure> {
     // The option goes right behind the names of the command, `bench` and what it measures.
     let mut given = env::args_os().skip(1);
     let mut command = process::Command::new(env::current_exe()?);

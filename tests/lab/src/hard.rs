@@ -42,16 +42,6 @@ const UNCLEAR: f32 = 0.1;
 const CLICKED: usize = 2;
 
 impl HardRoom {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::Thin,
-        Self::Plain,
-        Self::SameColour,
-        Self::SameClassApart,
-        Self::Mirror,
-        Self::Glass,
-    ];
-
     /// The classes, ids from 1.
     pub fn classes(self) -> Vec<Class> {
         let shell = classes().into_iter().take(usize::from(CEILING));

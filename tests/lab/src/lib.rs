@@ -4,24 +4,23 @@
 pub mod arguments;
 mod audit;
 mod calibration;
-pub mod chart;
+mod chart;
 pub mod commands;
-mod cost;
 mod deviation;
 mod engine;
 mod field;
-pub mod hard;
+mod hard;
 mod latency;
 mod learnt;
 mod metrics;
 mod objects;
 mod page;
-pub mod paper;
-pub mod pareto;
+mod paper;
+mod pareto;
 mod pixels;
-pub mod scale;
-pub mod simulate;
-pub mod stability;
+mod scale;
+mod simulate;
+mod stability;
 mod stereo;
 mod table;
 #[cfg(test)]
@@ -32,11 +31,10 @@ use std::error::Error;
 use std::fmt::Display;
 use std::path::Path;
 
-pub use calibration::Calibration;
-pub use cost::{Cost, session_cost};
-pub use deviation::{mean, mean_and_deviation};
+use calibration::Calibration;
+use deviation::{mean, mean_and_deviation};
 pub use metrics::{ConfusionMatrix, Scores};
-pub use truth::{LabelImage, SceneTruth, Split};
+use truth::{LabelImage, SceneTruth};
 
 use inplace_core::scene::Scene;
 

@@ -1,21 +1,35 @@
-//! Accuracy against wall time, method by method, and against capacity: whether what is chosen for a scene is worth its
+//! `inplace-lab bench pareto`: accuracy against wall time, method by method, and against capacity: whether what is chosen for a scene is worth its
 //! time and its size.
 
 mod course;
 mod curve;
+mod figure;
 #[cfg(test)]
 mod tests;
+mod verdict;
 
+use std::ffi::OsStr;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 pub use course::ParetoRun;
 pub use curve::{Curve, Difference, Summary};
 
+use super::Failure;
+use super::arguments::ParetoArguments;
+use super::commands::{begin, grouped, in_own_process};
 use super::simulate::Baseline;
+use super::table::csv;
+use inplace_core::arguments::ReadingArguments;
+use inplace_core::export;
 use inplace_core::field::Preset;
-use inplace_core::session::TrainingEnd;
+use inplace_core::scene::SceneSource;
+use inplace_core::session::{Progress, TrainingEnd};
+
+/// Sizes beside the chosen one.
+const FACTORS: [f32; 4] = [0.25, 0.5, 2.0, 4.0];
 
 /// A way to label a scene from clicks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,4 +139,109 @@ pub fn difference_to_chosen(
     let scaled = points.iter().filter(|point| point.factor == factor);
     let differences = scaled.filter_map(|point| Some(value(&point.end)? - of(point.end.seed, 1.0)?));
     Difference::of(&differences.collect::<Vec<f64>>())
+}
+
+/// Measures, writes `pareto.csv` and `pareto.svg` (and those of the capacity), and prints.
+pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
+    let runs = runs(arguments);
+    if let Some(run) = arguments.run {
+        // In a process of its own, so that the peak of its memory is its own.
+        let run = runs.get(run).ok_or("there are not so many runs")?;
+        println!("{}", serde_json::to_string(&run.measure()?)?);
+        return Ok(());
+    }
+    let out = &arguments.output.out;
+    begin(out, &arguments.scenes)?;
+    let threads = arguments.reading.threads();
+    let (mut points, mut capacity): (Vec<ParetoPoint>, Vec<CapacityPoint>) = Default::default();
+    let progress = Progress::default();
+    for (number, run) in runs.iter().enumerate() {
+        let (scene, method) = (&run.session.source, run.method.name());
+        let what = match run.scaled {
+            Some((part, factor)) => format!("{factor} of {part}"),
+            None => method.to_owned(),
+        };
+        progress.show(format!("{scene}, seed {}: {what}", run.session.seed));
+        let number = number.to_string();
+        let option = [OsStr::new("--run"), OsStr::new(&number)];
+        let measured: Vec<ParetoPoint> = in_own_process(option, &format!("{scene}: {method}"))?;
+        // What has been measured stays if a later run fails.
+        if let Some((part, factor)) = run.scaled {
+            // What is chosen is the middle of both.
+            let is_own = |&own: &Part| own == part || factor == 1.0;
+            let of_part = |part| {
+                let end = measured.last()?.clone();
+                Some(CapacityPoint { part, factor, end })
+            };
+            capacity.extend(Part::ALL.into_iter().filter(is_own).filter_map(of_part));
+            let rows = csv(&capacity, CAPACITY_COLUMNS)?;
+            export::write(&out.join("capacity.csv"), rows.as_bytes())?;
+        } else {
+            points.extend(measured);
+            export::write(&out.join("pareto.csv"), csv(&points, COLUMNS)?.as_bytes())?;
+        }
+    }
+    drop(progress);
+    figure::pareto(arguments, threads, &points).write(&out.join("pareto.svg"))?;
+    if arguments.capacity {
+        figure::capacity(arguments, threads, &capacity).write(&out.join("capacity.svg"))?;
+    }
+    let verdicts = verdict::verdicts(&points);
+    let of_capacity = verdict::capacity_verdicts(&capacity);
+    let result = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "threads": threads,
+        "points": points,
+        "verdicts": verdicts,
+        "capacity": capacity,
+        "capacity_verdicts": of_capacity,
+    });
+    let mut page = verdict::page(&points, &verdicts);
+    verdict::add_capacity(&mut page, &capacity, &of_capacity);
+    page.publish(&arguments.output, "pareto", &result)
+}
+
+/// The presets and then the baselines, each once.
+fn methods(arguments: &ParetoArguments) -> Vec<Method> {
+    let presets = arguments.presets.iter().copied().map(Method::Preset);
+    let baselines = arguments.baselines.iter().map(|&baseline| match baseline {
+        Baseline::Reference => Method::Preset(Preset::Reference),
+        other => Method::Baseline(other),
+    });
+    let all: Vec<Method> = presets.chain(baselines).collect();
+    let each = grouped(&all, |method| *method).into_iter();
+    each.map(|(method, _)| method).collect()
+}
+
+/// All runs, scene by scene and seed by seed.
+fn runs(arguments: &ParetoArguments) -> Vec<ParetoRun> {
+    let mut marks = arguments.marks.clone();
+    marks.sort_by(f64::total_cmp);
+    marks.dedup();
+    let mut runs = Vec::new();
+    for scene in &arguments.scenes {
+        for number in 0..arguments.seeds {
+            let reading = ReadingArguments {
+                seed: arguments.reading.seed.wrapping_add(number),
+                ..arguments.reading
+            };
+            let run = |method, scaled| ParetoRun {
+                session: reading.session_options(SceneSource::from_argument(scene), Preset::Auto),
+                method,
+                clicks: arguments.clicks.into(),
+                marks: marks.clone(),
+                scaled,
+            };
+            let sessions = methods(arguments).into_iter();
+            runs.extend(sessions.map(|method| run(method, None)));
+            if arguments.capacity {
+                let sized = |part, factor| run(Method::Preset(Preset::Auto), Some((part, factor)));
+                runs.push(sized(Part::Field, 1.0));
+                for part in Part::ALL {
+                    runs.extend(FACTORS.map(|factor| sized(part, factor)));
+                }
+            }
+        }
+    }
+    runs
 }

@@ -2,7 +2,10 @@
 
 use inplace_core::scene::reprojection::Agreement;
 
+use super::HardRoom::{Glass, Mirror, Plain, SameClassApart, SameColour, Thin};
 use super::*;
+
+const ROOMS: [HardRoom; 6] = [Thin, Plain, SameColour, SameClassApart, Mirror, Glass];
 
 /// One round, small.
 const SHOT: Shot = Shot {
@@ -14,7 +17,7 @@ const SHOT: Shot = Shot {
 
 #[test]
 fn frames_agree_on_depth_in_every_room() {
-    for room in HardRoom::ALL {
+    for room in ROOMS {
         let agreement = Agreement::of(&room.scene(&SHOT));
         let depth = agreement.depth.unwrap();
         let agrees = depth.pixels > 300 && depth.median_relative_difference < 0.01;
@@ -24,7 +27,7 @@ fn frames_agree_on_depth_in_every_room() {
 
 #[test]
 fn every_class_of_a_room_is_seen_in_training_and_in_test_frames() {
-    for room in HardRoom::ALL {
+    for room in ROOMS {
         let truth = room.ground_truth(&SHOT);
         for class in room.classes() {
             for held_out in [0, 1] {
@@ -39,7 +42,7 @@ fn every_class_of_a_room_is_seen_in_training_and_in_test_frames() {
 
 #[test]
 fn an_annotator_clicks_two_of_eight_blocks() {
-    let room = HardRoom::SameClassApart;
+    let room = SameClassApart;
     let (truth, clickable) = (room.ground_truth(&SHOT), room.clickable(&SHOT));
     let pairs = || truth.iter().flatten().zip(clickable.iter().flatten());
     assert!(pairs().all(|(own, clicked)| own == clicked || (*own == FIRST && *clicked == VOID)));
@@ -50,7 +53,7 @@ fn an_annotator_clicks_two_of_eight_blocks() {
 
 #[test]
 fn a_border_that_cannot_be_seen_is_void() {
-    let truth = HardRoom::SameColour.ground_truth(&SHOT);
+    let truth = SameColour.ground_truth(&SHOT);
     for labels in &truth {
         for row in labels.chunks(SHOT.width as usize) {
             let touch = |pair: &[ClassId]| pair.contains(&FIRST) && pair.contains(&OWN[1]);

@@ -1,9 +1,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::table::csv;
 use crate::testing::{capture, options};
-use inplace_core::scene::SceneSource;
 
 fn run(folder: &Path, method: Method, marks: &[f64], scaled: Option<(Part, f32)>) -> Vec<ParetoPoint> {
     let run = ParetoRun {

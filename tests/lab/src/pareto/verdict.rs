@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::pareto::{CapacityPoint, Curve, Difference, ParetoPoint, Part, Summary, difference_to_chosen};
+use super::{CapacityPoint, Curve, Difference, ParetoPoint, Part, Summary, difference_to_chosen};
 use inplace_core::field::Preset;
 use inplace_core::session::TrainingEnd;
 

@@ -1,10 +1,9 @@
 //! The charts of `inplace-lab bench pareto`.
 
-use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use crate::pareto::{CapacityPoint, Curve, ParetoPoint, Part, Summary};
-
 use super::verdict::miou;
+use super::{CapacityPoint, Curve, ParetoPoint, Part, Summary};
 use crate::arguments::ParetoArguments;
+use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::commands::{counted, grouped, processor};
 
 /// Panels beside each other.
