@@ -55,11 +55,10 @@ pub struct Annotator<'a> {
 impl<'a> Annotator<'a> {
     /// Knows the truth of a scene.
     pub fn new(scene: &'a Scene, truth: &'a SceneTruth) -> Self {
-        let classes = truth.classes();
         Self {
+            classes: truth.classes(),
             scene,
             truth,
-            classes,
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rand::{Rng, rngs::SmallRng};
 
-use super::session::{maps, resting, same};
+use super::session::{resting, same};
 use super::trial::{Measured, Trial};
 use super::{Condition, Line, Settings, Way};
 use crate::Failure;
@@ -67,9 +67,8 @@ fn contradictory(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result
 
 /// Labels a scene, then says with each of these strokes an object of its own; every class is one of things.
 fn told_apart(trial: &Trial, settings: &Settings, mut labels: LabelSet) -> Result<Measured, Failure> {
-    let frames = trial.scene.frames.len();
     let mut course = resting(trial, settings, &labels)?;
-    let before = maps(&mut course, frames)?;
+    let before = course.maps()?;
     name_objects(&mut labels);
     // A later stroke on the same pixel covers an earlier one.
     let strokes = labels.strokes.values();
@@ -77,7 +76,7 @@ fn told_apart(trial: &Trial, settings: &Settings, mut labels: LabelSet) -> Resul
         .map(|stroke| ((stroke.frame, stroke.first_point()), stroke.object))
         .collect();
     course.say(&labels);
-    let after = maps(&mut course, frames)?;
+    let after = course.maps()?;
     let shown = |frame: usize| {
         let map = course.run.map(frame)?;
         let (surface, posterior) = map.surface()?;

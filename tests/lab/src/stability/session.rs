@@ -66,14 +66,6 @@ pub(super) fn conditions() -> Vec<Condition> {
     ]
 }
 
-/// Every frame's map, once all follow the newest labels.
-pub(super) fn maps(course: &mut Course, frames: usize) -> Result<Vec<Vec<ClassId>>, Failure> {
-    course.all_maps()?;
-    let maps = (0..frames).map(|frame| course.run.map(frame));
-    let labels = maps.map(|map| map.map_or_else(Vec::new, |map| map.labels().into_owned()));
-    Ok(labels.collect())
-}
-
 /// Share of the pixels that have the same class in both.
 pub(super) fn same(a: &[Vec<ClassId>], b: &[Vec<ClassId>]) -> f64 {
     let (mut same, mut all) = (0, 0);
@@ -108,7 +100,7 @@ fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Res
             });
         }
         course.say(history.labels());
-        maps(&mut course, trial.scene.frames.len())?;
+        course.maps()?;
         if let (Some(&from), Some(&into)) = (classes.choose(rng), classes.choose(rng)) {
             history.merge_class(from, into);
         }
@@ -120,17 +112,16 @@ fn classes_change(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Res
         }
         course.say(history.labels());
     }
-    let frames = trial.scene.frames.len();
-    let changed = maps(&mut course, frames)?;
+    let changed = course.maps()?;
     let mut anew = resting(trial, settings, history.labels())?;
-    let figure = same(&changed, &maps(&mut anew, frames)?);
+    let figure = same(&changed, &anew.maps()?);
     Ok((figure, course.told()))
 }
 
 fn edit_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, Failure> {
     let frames = trial.scene.frames.len();
     let mut course = resting(trial, settings, &trial.labels)?;
-    let before = maps(&mut course, frames)?;
+    let before = course.maps()?;
     let mut history = History::new(trial.labels.clone());
     let classes = trial.truth.classes();
     for edit in 0..EDITS {
@@ -164,7 +155,7 @@ fn edit_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<
     }
     while history.undo().is_some() {}
     course.say(history.labels());
-    let after = maps(&mut course, frames)?;
+    let after = course.maps()?;
     Ok((same(&before, &after), course.told()))
 }
 
@@ -185,7 +176,6 @@ fn pause_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result
 }
 
 fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, Failure> {
-    let frames = trial.scene.frames.len();
     let dies = Arc::new(AtomicBool::new(false));
     let death = Arc::clone(&dies);
     // Whoever follows a session is woken on the worker's thread.
@@ -194,7 +184,7 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
     course.settle(trial.seconds(settings))?;
     course.run.send(Command::Pause);
     course.say(&trial.labels);
-    let before = maps(&mut course, frames)?;
+    let before = course.maps()?;
     let state = course.run.saved()?;
     dies.store(true, Relaxed);
     course.run.send(Command::Save);
@@ -205,7 +195,7 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
     let mut next = trial.session_woken(settings, Some(state), || {});
     next.run.send(Command::Pause);
     next.say(&trial.labels);
-    let after = maps(&mut next, frames)?;
+    let after = next.maps()?;
     Ok((same(&before, &after), vec![told]))
 }
 

@@ -8,7 +8,7 @@ use crate::learnt;
 use crate::simulate::{Annotator, Policy};
 use crate::{Failure, SceneTruth};
 use crossbeam_channel::{Receiver, unbounded};
-use inplace_core::labels::LabelSet;
+use inplace_core::labels::{ClassId, LabelSet};
 use inplace_core::scene::{OpenOptions, Scene};
 use inplace_core::session::{Client, Event, ModelState, Session, SessionOptions};
 use tempfile::TempDir;
@@ -87,6 +87,7 @@ impl Trial {
                     let _ = sender.send(sentence.clone());
                 }
             }),
+            frames: self.scene.frames.len(),
             told,
             generation: 0,
         };
@@ -120,6 +121,7 @@ impl Trial {
 /// A session that is followed, and what it told.
 pub(super) struct Course {
     pub run: Client,
+    frames: usize,
     told: Receiver<String>,
     generation: u64,
 }
@@ -146,9 +148,12 @@ impl Course {
         Ok(())
     }
 
-    /// Waits for the newest labels' maps of all frames.
-    pub fn all_maps(&mut self) -> Result<(), Failure> {
-        Ok(self.run.mapped(self.generation)?)
+    /// Every frame's map, once all follow the newest labels.
+    pub fn maps(&mut self) -> Result<Vec<Vec<ClassId>>, Failure> {
+        self.run.mapped(self.generation)?;
+        let maps = (0..self.frames).map(|frame| self.run.map(frame));
+        let labels = maps.map(|map| map.map_or_else(Vec::new, |map| map.labels().into_owned()));
+        Ok(labels.collect())
     }
 
     /// What the program told the person so far.
