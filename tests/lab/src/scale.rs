@@ -5,7 +5,8 @@ mod strokes;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeSet;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 use serde_json::json;
@@ -17,6 +18,7 @@ use super::page::{Page, known};
 use super::table::csv;
 use crate::arguments::ScaleArguments;
 use inplace_core::export;
+use inplace_core::session::Progress;
 
 pub use cost::Cost;
 pub use strokes::scattered;
@@ -277,7 +279,14 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
     };
     let settings = |sweep: Sweep| sweep.settings(base, arguments);
     let sweeps = arguments.sweeps.iter().copied();
-    let costs = cost::measure(&sweeps.clone().flat_map(settings).collect(), seed)?;
+    let progress = Progress::default();
+    let mut costs = BTreeMap::new();
+    for setting in sweeps.clone().flat_map(settings) {
+        if let Entry::Vacant(new) = costs.entry(setting) {
+            new.insert(cost::cost(setting, seed, &progress)?);
+        }
+    }
+    drop(progress);
     let mut measured = Vec::new();
     for sweep in sweeps {
         measured.extend(settings(sweep).into_iter().map(|setting| Measured {

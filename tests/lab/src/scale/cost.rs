@@ -1,6 +1,5 @@
 //! What captures of the demo room cost, each in a process of its own: waiting, speed of training, memory.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -49,34 +48,24 @@ pub struct Cost {
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// Measures every setting with strokes of this seed; tells how it goes on stderr.
-pub(super) fn measure(settings: &BTreeSet<Setting>, seed: u64) -> Result<BTreeMap<Setting, Cost>, Failure> {
-    let progress = Progress::default();
-    let mut costs = BTreeMap::new();
-    for &setting in settings {
-        let Setting {
-            rooms,
-            width,
-            height,
-            frames,
-            classes,
-            strokes,
-        } = setting;
-        progress.show(format!(
-            "measuring rooms: {rooms}, frames: {frames} of {width}x{height}, classes: {classes}, strokes: {strokes}"
-        ));
-        costs.insert(setting, cost(setting, seed)?);
-    }
-    Ok(costs)
-}
-
-/// Renders the capture of a setting to a folder that is removed in the end, and measures it with its strokes.
-fn cost(setting: Setting, seed: u64) -> Result<Cost, Failure> {
+/// Renders the capture of a setting to a folder that is removed in the end, and measures it with strokes of this seed.
+pub(super) fn cost(setting: Setting, seed: u64, progress: &Progress) -> Result<Cost, Failure> {
+    let Setting {
+        rooms,
+        width,
+        height,
+        frames,
+        classes,
+        strokes,
+    } = setting;
+    progress.show(format!(
+        "measuring rooms: {rooms}, frames: {frames} of {width}x{height}, classes: {classes}, strokes: {strokes}"
+    ));
     let shot = demo::Shot {
-        rooms: setting.rooms,
-        frames: setting.frames,
-        width: setting.width,
-        height: setting.height,
+        rooms,
+        frames,
+        width,
+        height,
     };
     let folder = tempfile::Builder::new().prefix("inplace-scale-").tempdir();
     let folder = folder.map_err(|error| {
@@ -95,8 +84,7 @@ fn cost(setting: Setting, seed: u64) -> Result<Cost, Failure> {
     };
     let scene = Scene::open(&SceneSource::Folder(path.to_path_buf()), options, &|_, _| {})?;
     // One more for the click after all maps.
-    let (classes, clicks) = (setting.classes, setting.strokes + 1);
-    let labels = scattered(&scene, &shot.labels(), classes, clicks, seed)?;
+    let labels = scattered(&scene, &shot.labels(), classes, strokes + 1, seed)?;
     write_strokes(&path.join(STROKES), &labels, &scene.frames)?;
     let option = [OsStr::new("--cost-of"), path.as_os_str()];
     in_own_process(option, &format!("{}: its cost", path.display()))
