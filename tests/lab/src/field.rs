@@ -23,8 +23,8 @@ use inplace_core::export;
 use inplace_core::field::{Preset, Ray, Trainer};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use inplace_core::scene::{Scene, SceneSource};
-use inplace_core::semantics::{FrameMap, LabelPropagation, NodeVotes, SemanticField, SemanticPart, Surface};
-use inplace_core::session::{Client, Command, ModelState, Progress, SessionOptions, sampling};
+use inplace_core::semantics::{LabelPropagation, NodeVotes, SemanticField, SemanticPart, Surface};
+use inplace_core::session::{Client, Command, Progress, SessionOptions, sampling};
 
 /// Seconds after the labels at which the answers are measured, ascending.
 fn marks(arguments: &FieldArguments) -> Vec<f64> {
@@ -287,14 +287,6 @@ fn taught_by_noise(
     Ok(points)
 }
 
-/// A session so many seconds after its labels.
-struct Seen {
-    seconds: f64,
-    /// Maps of the test frames, in their order.
-    maps: Vec<Option<Arc<FrameMap>>>,
-    state: Arc<ModelState>,
-}
-
 /// Gives a session that knows its geometry all clicks at once and measures, while it goes on training, its
 /// maps and the labels that its semantic field renders, beside what the graph says from the clicks alone.
 ///
@@ -305,37 +297,25 @@ fn labelled_by_clicks(arguments: &FieldArguments, learnt: &mut Learnt) -> Result
     let annotator = Annotator::new(scene, truth);
     let clicks = annotator.clicks(Policy::Random, arguments.clicks.into(), options.seed);
     let labels = annotator.labels(&clicks);
-    let mut run = Client::start(options.clone());
-    run.opened()?;
-    learn(&mut run, Some(Duration::ZERO))?;
-    run.label(labels.clone(), 1);
-    let mut all: Vec<Seen> = Vec::new();
-    for seconds in marks(arguments) {
-        let before = all.last().map_or(0.0, |seen| seen.seconds);
-        run.send(Command::Resume);
-        let deadline = Instant::now() + Duration::from_secs_f64((seconds - before).max(0.0));
-        run.work_until(deadline)?;
-        run.send(Command::Pause);
-        let state = run.saved()?;
-        let maps = truth.test.iter().map(|&frame| run.map(frame));
-        all.push(Seen {
-            seconds,
-            maps: maps.collect(),
-            state,
-        });
-    }
-    drop(run);
-
     let kind = format!("{} clicks a class", arguments.clicks);
     let measured = Measured::new(arguments.stride, options.seed, scene, truth, kind);
     let mut spread = LabelPropagation::new(Arc::clone(surface));
     spread.set_labels(scene, &labels);
     let alone = measured.miou_of_maps(|frame| spread.map(scene, frame, 1).labels().into_owned())?;
     let mut points = vec![measured.point("graph", f64::NAN, alone)];
-    for Seen { seconds, maps, state } in all {
-        let mut maps = maps.into_iter();
-        let shown = measured.miou_of_maps(|_| {
-            let map = maps.next().flatten();
+    let mut run = Client::start(options.clone());
+    run.opened()?;
+    learn(&mut run, Some(Duration::ZERO))?;
+    run.label(labels, 1);
+    let mut before = 0.0;
+    for seconds in marks(arguments) {
+        run.send(Command::Resume);
+        run.work_until(Instant::now() + Duration::from_secs_f64(seconds - before))?;
+        run.send(Command::Pause);
+        before = seconds;
+        let state = run.saved()?;
+        let shown = measured.miou_of_maps(|frame| {
+            let map = run.map(frame);
             map.map_or_else(Vec::new, |map| map.labels().into_owned())
         })?;
         points.push(measured.point("maps", seconds, shown));

@@ -215,8 +215,10 @@ fn click_latency(
             // Not both at a time: they would share the memory and the cores.
             drop(run);
             sessions += 1;
-            let before = number - 1;
-            run = going_on(options, labels(before), generation(before))?;
+            run = Client::start(options.clone());
+            run.opened()?;
+            run.label(labels(number - 1), generation(number - 1));
+            run.mapped(generation(number - 1))?;
             run.work_until(Instant::now() + rest())?;
         }
         let frame = planned[number - 1].frame;
@@ -249,15 +251,6 @@ fn on_changing_frames(annotator: &Annotator<'_>, clicks: usize, seed: u64) -> Ve
     planned.dedup_by_key(|click| click.frame);
     planned.truncate(clicks);
     planned
-}
-
-/// A new session with these labels, when all maps of them are there.
-fn going_on(options: &SessionOptions, labels: LabelSet, generation: u64) -> Result<Client, Failure> {
-    let mut run = Client::start(options.clone());
-    run.opened()?;
-    run.label(labels, generation);
-    run.mapped(generation)?;
-    Ok(run)
 }
 
 /// Milliseconds from a click until the map of its frame has been read, and until all maps are there.
