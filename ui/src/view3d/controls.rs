@@ -9,18 +9,17 @@ use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
 use crate::canvas::{rect_of, stroke_color};
-use crate::keys::table::SPACE;
+use crate::keys::table::{FIT, SPACE};
 use crate::theme;
 use crate::thumbnails::{self, Thumbnails};
 
 /// What the pointer does, a gesture and what it does each.
-const GESTURES: [(&str, &str); 6] = [
+const GESTURES: [(&str, &str); 5] = [
     ("Click", "label"),
     ("Drag", "turn"),
     ("Middle drag", "move"),
     ("Wheel", "zoom"),
     ("Double-click", "turn around that place"),
-    ("F", "fit"),
 ];
 
 /// Seconds that a notice is shown.
@@ -97,19 +96,22 @@ pub fn empty(ui: &mut Ui, area: Rect, words: &str) {
     ui.scope_builder(place, |ui| crate::widgets::empty_state(ui, words));
 }
 
-/// The gestures, in the lower right corner.
+/// The gestures and the key that fits the scene in, in the lower right corner.
 pub fn gestures(ui: &Ui, area: Rect) {
     let visuals = ui.visuals();
     let font = FontId::proportional(12.0);
     let mut job = egui::text::LayoutJob::default();
-    for (index, (gesture, does)) in GESTURES.into_iter().enumerate() {
+    let fit = FIT.key(ui.ctx());
+    let key = (!fit.is_empty()).then_some((fit.as_str(), "fit"));
+    let gestures: Vec<(&str, &str)> = GESTURES.into_iter().chain(key).collect();
+    for (index, (gesture, does)) in gestures.iter().enumerate() {
         let gap = if index == 0 { 0.0 } else { 14.0 };
         let format = |color| egui::TextFormat::simple(font.clone(), color);
         job.append(gesture, gap, format(visuals.strong_text_color()));
         job.append(does, 5.0, format(visuals.weak_text_color()));
     }
     job.wrap.max_width = area.width() - 2.0 * MARGIN - 16.0;
-    let words: Vec<String> = GESTURES
+    let words: Vec<String> = gestures
         .iter()
         .map(|(gesture, does)| format!("{gesture}: {does}"))
         .collect();
