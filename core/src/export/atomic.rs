@@ -45,13 +45,22 @@ pub(super) fn prepare(folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
     let trial = temporary(&folder.join("trial"))?;
     fs::write(&trial, b"trial")?;
+    fs::remove_file(&trial)?;
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name.starts_with('.') && name.ends_with(SUFFIX) {
+        if name.starts_with('.')
+            && let Some((_, process)) = name.strip_suffix(SUFFIX).and_then(|name| name.rsplit_once('.'))
+            && !is_running(process)
+        {
             fs::remove_file(entry.path())?;
         }
     }
     Ok(())
+}
+
+/// Whether a process with this number runs, where the system says so in a file (Linux).
+fn is_running(process: &str) -> bool {
+    Path::new("/proc").join(process).exists()
 }

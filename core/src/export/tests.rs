@@ -161,11 +161,20 @@ fn nothing_is_written_unless_there_is_one_map_for_every_frame_with_the_probabili
 fn what_a_killed_run_left_is_cleared_away() {
     let root = tempfile::tempdir().unwrap();
     prepare(root.path(), &["labels"]).unwrap();
-    let left = atomic::temporary(&root.path().join("labels/a.png")).unwrap();
-    fs::write(&left, "half").unwrap();
+    // No process has this number.
+    let left = root.path().join("labels/.a.png.4294967295.inplace-tmp");
+    let others = atomic::temporary(&root.path().join("labels/b.png")).unwrap();
+    for begun in [&left, &others] {
+        fs::write(begun, "half").unwrap();
+    }
     fs::write(root.path().join("labels/mine.txt"), "kept").unwrap();
     prepare(root.path(), &["labels"]).unwrap();
     assert!(!left.exists());
+    assert_eq!(
+        others.exists(),
+        cfg!(target_os = "linux"),
+        "of an export that still runs"
+    );
     assert!(root.path().join("labels/mine.txt").exists());
 }
 

@@ -1,5 +1,7 @@
 //! Views of a labelled scene along a camera path, as a capture in the Replica layout with its labels.
 
+use std::fs;
+use std::io;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -29,7 +31,7 @@ pub struct Views<'a> {
 /// temporary name and renamed.
 ///
 /// `progress` is called with (views written, views in all); when it answers [`ControlFlow::Break`], no further view is
-/// begun.
+/// begun. Views that an export of a longer path left in the folder are removed at the end.
 ///
 /// # Errors
 /// [`ExportError::Incomplete`] where there is no camera or a view cannot be rendered; [`ExportError::Cancelled`];
@@ -76,7 +78,23 @@ pub fn export_views(
     let mut index = Pngs.index(about, Vec::new()).map_err(incomplete)?;
     index.extend(capture(scene, trajectory, &camera));
     index.iter().try_for_each(|file| written.write(folder, file))?;
+    folders
+        .iter()
+        .try_for_each(|inner| remove_from(&folder.join(inner), total))?;
     Ok(written)
+}
+
+/// Removes the views from this one on, which an export of a longer path left: with them the folder would be no capture.
+fn remove_from(folder: &Path, first: usize) -> Result<(), ExportError> {
+    for number in first.. {
+        let path = folder.join(format!("view_{number}.png"));
+        match fs::remove_file(&path) {
+            Ok(()) => {}
+            Err(error) if error.kind() == io::ErrorKind::NotFound => break,
+            Err(error) => return Err(ExportError::unwritable(&path, error)),
+        }
+    }
+    Ok(())
 }
 
 /// The images of a view.
@@ -114,7 +132,6 @@ fn capture(scene: &Scene, trajectory: &Trajectory, camera: &Camera) -> [OutputFi
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
     use std::sync::Arc;
 
     use glam::{DAffine3, Mat3};
@@ -225,6 +242,12 @@ mod tests {
         assert!(right.iter().all(is_most), "of {pixels}: {right:?}");
         let classes: Vec<Class> = serde_json::from_slice(&written["classes.json"]).unwrap();
         assert_eq!(classes, taught.classes);
+
+        let mut shorter = trajectory;
+        shorter.poses.truncate(4);
+        taught.export(&out, &shorter).unwrap();
+        assert_eq!(open(&out).unwrap().frames.len(), 4);
+        assert_eq!(files(&out).len(), 4 * 5 + 3);
     }
 
     #[test]

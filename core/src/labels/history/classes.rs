@@ -185,7 +185,7 @@ impl History {
     }
 
     /// Whether a class with the id of this one is there, or was there under another name.
-    fn is_taken(&self, present: &[Class], class: &Class) -> bool {
+    pub(super) fn is_taken(&self, present: &[Class], class: &Class) -> bool {
         // Edits that were undone are forgotten with the next one.
         let in_force = self.edits.iter().take(self.cursor);
         let mut earlier = in_force

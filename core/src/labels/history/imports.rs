@@ -47,7 +47,7 @@ impl History {
     /// Takes label images from elsewhere over, in place of earlier ones.
     ///
     /// An id that comes with a name is the class of that name (capitals aside), and otherwise a new class, with
-    /// another id if its own is taken. An id without a name is the class with that id, or a new one. In the same way an
+    /// another id if its own is taken or was that of another class. An id without a name is the class with that id, or a new one. In the same way an
     /// object is that of its name and class, or a new one.
     pub fn import(&mut self, images: LabelImages) -> Edit {
         let what = if images.labels.trust.is_right() {
@@ -66,7 +66,7 @@ impl History {
                     Some(known) => {
                         becomes.insert(id, known.id);
                     }
-                    None if classes.iter().any(has) => displaced.push(named),
+                    None if self.is_taken(&classes, named) => displaced.push(named),
                     None => classes.push(named.clone()),
                 },
                 None if classes.iter().any(has) => {}
@@ -283,6 +283,20 @@ mod tests {
                 .collect(),
             said.into_iter().map(ObjectId::number).collect(),
         )
+    }
+
+    #[test]
+    fn an_imported_class_does_not_get_the_number_of_a_deleted_one() {
+        let mut history = History::default();
+        for name in ["wall", "floor", "door", "sky", "lamp"] {
+            history.add_class(name);
+        }
+        history.delete_class(5).unwrap();
+        history.import(seats([1, 2]));
+        let chair = history.labels().classes.last().unwrap().clone();
+        assert_eq!((chair.id, chair.name.as_str()), (6, "chair"));
+        let imported = history.labels().imported.clone().unwrap();
+        assert_eq!(imported.classes(), [6].into());
     }
 
     #[test]
