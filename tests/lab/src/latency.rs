@@ -16,7 +16,7 @@ use inplace_core::export::{self, peak_memory};
 use inplace_core::field::Preset;
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::SceneSource;
-use inplace_core::session::{Client, Command, Progress, SessionOptions};
+use inplace_core::session::{Client, Command, Event, Progress, SessionOptions};
 
 /// How long training goes on between clicks, in milliseconds: random, so that clicks fall on all of its work.
 const REST_MS: std::ops::Range<u64> = 50..300;
@@ -33,6 +33,8 @@ struct Latency {
     in_view_ms: Percentiles,
     /// From the click until every frame had its map, in milliseconds.
     all_frames_ms: Percentiles,
+    /// From the click until suggestions that know of it had come, in milliseconds.
+    suggestions_ms: Percentiles,
     /// Number of clicks.
     clicks: usize,
     /// Number of frames.
@@ -113,17 +115,18 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
 fn page(measured: &[Latency]) -> Page {
     let mut page = Page::default();
     page.paragraph(
-        "Milliseconds from a click to the map of the frame in view, and to those of all frames, while the field is \
-         being trained: half, 95% and 99% of the clicks wait no longer.",
+        "Milliseconds from a click to the map of the frame in view, to those of all frames, and to the suggestions \
+         after it, while the field is being trained: half, 95% and 99% of the clicks wait no longer.",
     );
     let rows = measured.iter().map(|scene| {
-        let (view, all) = (&scene.in_view_ms, &scene.all_frames_ms);
-        let times = [view.p50, view.p95, view.p99, all.p50, all.p95, all.p99];
         let mut row = vec![scene.scene.clone(), scene.frames.to_string()];
-        row.extend(times.map(|time| format!("{time:.0}")));
+        for waited in [&scene.in_view_ms, &scene.all_frames_ms, &scene.suggestions_ms] {
+            row.extend([waited.p50, waited.p95, waited.p99].map(|time| format!("{time:.0}")));
+        }
         row
     });
-    let header = "scene | frames | in view 50% | 95% | 99% | all frames 50% | 95% | 99%";
+    let header =
+        "scene | frames | in view 50% | 95% | 99% | all frames 50% | 95% | 99% | suggestions 50% | 95% | 99%";
     page.table(header, &rows.collect::<Vec<_>>());
     page.chart("How long a click waits for its maps", "latency.svg");
     page
@@ -206,7 +209,7 @@ fn click_latency(
 
     let mut rng = SmallRng::seed_from_u64(options.seed);
     let mut rest = || Duration::from_millis(rng.random_range(REST_MS));
-    let (mut in_view, mut all_frames) = (Vec::new(), Vec::new());
+    let (mut in_view, mut all_frames, mut suggestions) = (Vec::new(), Vec::new(), Vec::new());
     let mut sessions = 1;
     for number in 1..=clicks {
         progress(&format!("click {number} of {clicks}"));
@@ -222,15 +225,17 @@ fn click_latency(
             run.work_until(Instant::now() + rest())?;
         }
         let frame = planned[number - 1].frame;
-        let (view, all) = waited(&mut run, frame, labels(number), generation(number))?;
+        let [view, all, suggested] = waited(&mut run, frame, labels(number), generation(number))?;
         in_view.push(view);
         all_frames.push(all);
+        suggestions.push(suggested);
     }
     let none = || no_strokes(&scene);
     Ok(Latency {
         scene: scene.name(),
         in_view_ms: Percentiles::of(in_view).ok_or_else(none)?,
         all_frames_ms: Percentiles::of(all_frames).ok_or_else(none)?,
+        suggestions_ms: Percentiles::of(suggestions).ok_or_else(none)?,
         clicks,
         frames: scene.frames.len(),
         classes: annotator.classes().len(),
@@ -253,8 +258,9 @@ fn on_changing_frames(annotator: &Annotator<'_>, clicks: usize, seed: u64) -> Ve
     planned
 }
 
-/// Milliseconds from a click until the map of its frame has been read, and until all maps are there.
-fn waited(run: &mut Client, view: usize, labels: LabelSet, generation: u64) -> Result<(f64, f64), Failure> {
+/// Milliseconds from a click until the map of its frame has been read, until all maps are there, and until the suggestions
+/// that follow them are.
+fn waited(run: &mut Client, view: usize, labels: LabelSet, generation: u64) -> Result<[f64; 3], Failure> {
     let click = Instant::now();
     let milliseconds = || 1000.0 * click.elapsed().as_secs_f64();
     run.send(Command::View { frame: view });
@@ -266,7 +272,12 @@ fn waited(run: &mut Client, view: usize, labels: LabelSet, generation: u64) -> R
     }
     let in_view = milliseconds();
     run.mapped(generation)?;
-    Ok((in_view, milliseconds()))
+    let all = milliseconds();
+    run.wait(|event| match event {
+        Event::Suggestions { generation: of, .. } => (*of == generation).then_some(()),
+        _ => None,
+    })?;
+    Ok([in_view, all, milliseconds()])
 }
 
 #[cfg(test)]
