@@ -104,7 +104,7 @@ pub struct LabelArguments {
     /// Labels of frames from elsewhere, such as a network's predictions or an earlier labelling: a folder of files
     /// named by frame stem, PNGs with class ids or class colours, or NPYs or NPZs with class probabilities, at the
     /// frame's size or a part of it; classes.json beside them names the classes, and objects.json the objects in a
-    /// folder objects/. A folder that `label` wrote will do.
+    /// folder objects/, whose numbers are those of each frame without it. A folder that `label` wrote will do.
     #[arg(long, value_name = "DIR", alias = "labels")]
     pub import: Option<PathBuf>,
     /// How far the pixels of --import can be believed beside strokes, from 0 to 1. Below 1 they are votes: where many

@@ -12,8 +12,8 @@ use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, label_image_files, read_label_images, read_strokes};
 use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
-use inplace_core::semantics::KnownPart;
-use inplace_core::session::{Command, Progress, Saved, SessionOptions};
+use inplace_core::semantics::{KnownPart, united};
+use inplace_core::session::{Client, Command, Progress, Saved, SessionOptions};
 use serde_json::json;
 
 use super::budget::Budget;
@@ -50,8 +50,16 @@ impl Strokes {
 }
 
 /// The labels with the label images of a folder, in place of those that a project has.
-fn with_images(labels: LabelSet, folder: &Path, trust: Trust, scene: &Scene) -> Result<LabelSet, Failure> {
-    let images = read_label_images(folder, scene, &labels.classes, trust)?;
+fn with_images(
+    labels: LabelSet,
+    (folder, trust): (&Path, Trust),
+    scene: &Scene,
+    client: &mut Client,
+) -> Result<LabelSet, Failure> {
+    let mut images = read_label_images(folder, scene, &labels.classes, trust)?;
+    if images.is_by_frame() {
+        images = united(&*run::surface(client)?, images, &labels);
+    }
     if images.unmatched > 0 {
         eprintln!(
             "inplace: {}: images that are named like no frame were left out: {}",
@@ -137,7 +145,8 @@ fn label(
     }
     let (mut labels, parts) = strokes.read(&scene, options.open)?;
     if let Some(folder) = &arguments.import {
-        labels = with_images(labels, folder, arguments.trust.unwrap_or(Trust::VOTES), &scene)?;
+        let said = (folder.as_path(), arguments.trust.unwrap_or(Trust::VOTES));
+        labels = with_images(labels, said, &scene, &mut client)?;
     }
     if labels.classes.is_empty() {
         return Err(format!(

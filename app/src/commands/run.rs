@@ -8,6 +8,7 @@ use inplace_core::arguments::TrainingArguments;
 use inplace_core::field::Preset;
 use inplace_core::project::{Contents, ProjectError};
 use inplace_core::scene::{OpenOptions, Scene};
+use inplace_core::semantics::Surface;
 use inplace_core::session::{
     Client, ClientError, Command, Event, FrameMap, Phase, Progress, Saved, Session, SessionOptions, Status,
 };
@@ -64,6 +65,16 @@ pub(super) fn writing(progress: &Progress) -> impl Fn(usize, usize) -> ControlFl
     |done, total| {
         progress.show_share("writing", done as f32 / total as f32);
         ControlFlow::Continue(())
+    }
+}
+
+/// Waits for the first surface, and returns it.
+pub(super) fn surface(client: &mut Client) -> Result<Arc<Surface>, ClientError> {
+    loop {
+        if let Some(surface) = client.surface() {
+            return Ok(surface);
+        }
+        client.next(None)?;
     }
 }
 

@@ -70,7 +70,7 @@ pub fn is_thing(name: &str) -> bool {
 }
 
 /// The last words of classes that are stuff: what rooms, streets and landscapes consist of.
-const STUFF: [&str; 47] = [
+const STUFF: [&str; 48] = [
     "background",
     "baseboard",
     "beach",
@@ -117,6 +117,7 @@ const STUFF: [&str; 47] = [
     "tiles",
     "vegetation",
     "wall",
+    "wallpaper",
     "water",
 ];
 

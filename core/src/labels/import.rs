@@ -17,7 +17,7 @@ use self::image::{LabelImage, LabelImageError};
 use self::objects::ObjectList;
 use self::probabilities::{Array, ProbabilitiesError};
 use super::palette::{ClassListError, parse_class_list, parse_with_void};
-use super::{Class, ClassId, ImportedLabels, ImportedMap, Label, Object, Trust, VOID};
+use super::{Class, ClassId, ImportedLabels, ImportedMap, Label, Object, ObjectId, Trust, VOID};
 use crate::scene::{Frame, Scene, sampled, shown};
 
 /// Cells with probabilities that are kept of all frames together, 12 bytes each: more than a thousand frames of 640 x
@@ -38,6 +38,13 @@ impl ImportError {
     fn new(path: &Path, reason: impl Display) -> Self {
         Self(path.to_path_buf(), reason.to_string())
     }
+
+    /// Objects that cannot be [united](crate::semantics::united), as there is no surface.
+    pub fn without_surface(folder: &Path) -> Self {
+        let reason = "the numbers of its objects differ from frame to frame, and the surface that tells which are the \
+                      same is not known yet; import it again when the scene has a surface, or give an objects.json";
+        Self::new(folder, reason)
+    }
 }
 
 /// Label images as they were read, with the ids that they have in their files.
@@ -47,10 +54,18 @@ pub struct LabelImages {
     pub labels: ImportedLabels,
     /// What `classes.json` and `objects.json` say of the ids; ids without an entry are what they are in the project.
     pub classes: Vec<Class>,
-    /// The objects that they show, with the ids of their files.
+    /// The objects that they show, with the ids of their files; none where each frame has numbers of its own.
     pub objects: Vec<Object>,
     /// Files of the folder that could be label images and are named like no frame; they were left out.
     pub unmatched: usize,
+}
+
+impl LabelImages {
+    /// Whether the images tell objects apart by numbers that mean something else in every frame. These are of no use
+    /// before they are [united](crate::semantics::united) over a surface.
+    pub fn is_by_frame(&self) -> bool {
+        self.objects.is_empty() && !self.labels.objects().is_empty()
+    }
 }
 
 /// Reads what a folder says of a scene's frames, a file for each, named by the frame's stem:
@@ -70,7 +85,9 @@ pub struct LabelImages {
 ///
 /// Where `objects.json` (a list of `{"id", "class_id", "class_name", "thing", "name"}`) lies beside a folder `objects`, as
 /// in an export, its PNGs are numbers of objects, the same in all frames. So they are in a folder with its own
-/// `objects.json`. A pixel has the class of its object, and otherwise that of the label image, if there is one.
+/// `objects.json`. A pixel has the class of its object, and otherwise that of the label image, if there is one. Beside label
+/// images, a folder `objects` or `semantic_instance` without `objects.json` tells the things of each frame apart by numbers
+/// of its own.
 ///
 /// # Errors
 /// A folder without files of the scene's frames, a file, `classes.json` or `objects.json` that cannot be used: a sentence
@@ -223,7 +240,7 @@ impl Files {
             });
         }
         let (labels, list) = (inner(&LABELS), list(folder));
-        let objects = inner(&OBJECTS).filter(|_| list.is_some());
+        let objects = inner(&OBJECTS).filter(|_| list.is_some() || labels.is_some());
         let files = |place: &Option<PathBuf>| {
             place
                 .as_deref()
@@ -326,7 +343,7 @@ impl Meaning {
 /// Everything that reading the files of a frame needs.
 struct Reading<'a> {
     meaning: &'a Meaning,
-    /// What the numbers in object images stand for.
+    /// What the numbers in object images stand for; without it, they are those of each frame.
     objects: Option<&'a ObjectList>,
     trust: Trust,
     /// Cells with probabilities that a frame may have.
@@ -337,13 +354,16 @@ impl Reading<'_> {
     fn frame(&self, files: &FrameFiles, index: usize, frame: &Frame) -> Result<ImportedMap, ImportError> {
         let said = files.labels.as_deref().map(|path| self.file(path, index, frame));
         let said = said.unwrap_or_else(|| Ok(ImportedMap::new(index, &vec![VOID; frame.camera.pixels()])))?;
-        let (Some(path), Some(list)) = (&files.objects, self.objects) else {
+        let Some(path) = &files.objects else {
             return Ok(said);
         };
         let (size, numbers) = image(path, frame, LabelImage::numbers)?;
-        let label = |(&number, &class): (&u16, &ClassId)| match number {
-            0 => Ok(class.into()),
-            _ => list.label(number).ok_or_else(|| {
+        let label = |(&number, &class): (&u16, &ClassId)| match (number, self.objects) {
+            (0, _) | (_, None) => Ok(Label {
+                class,
+                object: ObjectId::new(number).filter(|_| class != VOID),
+            }),
+            (_, Some(list)) => list.label(number).ok_or_else(|| {
                 let reason = format!("has the number {number}, which objects.json does not list");
                 ImportError::new(path, reason)
             }),

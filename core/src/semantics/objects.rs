@@ -8,9 +8,10 @@ use glam::Vec3;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use parts::{Part, components, parts, smaller_from};
+pub(super) use parts::components;
+use parts::{Part, parts, smaller_from};
 
-use super::{NearestNodes, Node, Posterior, Surface};
+use super::{NearestNodes, Node, Posterior, Surface, innermost};
 use crate::labels::{
     Class, ClassId, FoundObject, LabelSet, Object, ObjectId, Stroke, VOID, runs_of, unused_name,
 };
@@ -50,7 +51,7 @@ impl SurfaceObjects {
     /// that both are stable while labels change; before must be of the same surface.
     ///
     /// Connected are nodes of a class that share an edge which is not longer than between neighbours. Parts much smaller
-    /// than the class's largest are fragments: they belong to the nearest larger part, or to the object of the nearest label.
+    /// than the class's largest object are fragments: they belong to the nearest larger one.
     pub fn new(
         surface: &Surface,
         posterior: &Posterior,
@@ -69,17 +70,15 @@ impl SurfaceObjects {
         if !posterior.telling.is_empty() {
             let is_thing = |node: u32| things.contains_key(&posterior.labels[node as usize]);
             let tells = |node: &u32| posterior.telling.binary_search(node).is_ok();
-            for parts in components(surface, posterior, &is_thing).into_values() {
-                let (whole, _) = parts.split_at(smaller_from(&parts, WHOLE));
+            for parts in components(surface, &posterior.labels, &is_thing).into_values() {
+                let fewest = WHOLE * parts.first().map_or(0, Vec::len) as f32;
+                let (whole, _) = parts.split_at(smaller_from(&parts, fewest));
                 for part in whole.iter().filter(|part| !part.iter().any(tells)) {
                     part.iter().for_each(|&node| of_nodes[node as usize] = None);
                 }
             }
         }
-        let is_free = |node: u32| {
-            of_nodes[node as usize].is_none() && things.contains_key(&posterior.labels[node as usize])
-        };
-        let parts = parts(surface, posterior, &is_free);
+        let parts = parts(surface, posterior, &things, &mut of_nodes);
         let mut names: BTreeSet<String> = told.iter().map(|object| object.name.clone()).collect();
         let mut used: BTreeSet<ObjectId> = told.iter().map(|object| object.id).collect();
         let kept = before.map_or_else(BTreeMap::new, |before| before.kept_by(&parts, &used, &names));
@@ -280,50 +279,6 @@ impl SurfaceObjects {
         }
         kept
     }
-}
-
-/// For each value of an image of this width, row-major, one of the pixels that are farthest inside its regions, and how
-/// far that is: within fewer rows and columns of it, all have the value. Beyond the image's border no pixel has any.
-/// In two passes over the pixels (Rosenfeld and Pfaltz 1966).
-pub fn innermost(values: &[u16], width: usize) -> BTreeMap<u16, (usize, u32)> {
-    let height = values.len().checked_div(width).unwrap_or(0);
-    let mut depths = vec![0_u32; values.len()];
-    let highest = values.iter().copied().max().unwrap_or(0);
-    let mut deepest = vec![(0, 0); usize::from(highest) + 1];
-    let mut pass = |rows: &mut dyn Iterator<Item = usize>, back: bool| {
-        for row in rows {
-            for step in 0..width {
-                let column = if back { width - 1 - step } else { step };
-                let own = row * width + column;
-                let is_rim = row == 0 || column == 0 || row + 1 == height || column + 1 == width;
-                let mut least = if back { depths[own] } else { u32::MAX };
-                if is_rim {
-                    least = 1;
-                } else {
-                    let before = [own - width - 1, own - width, own - width + 1, own - 1];
-                    for other in before.map(|before| if back { 2 * own - before } else { before }) {
-                        let reached = if values[other] == values[own] {
-                            depths[other]
-                        } else {
-                            0
-                        };
-                        least = least.min(reached + 1);
-                    }
-                }
-                depths[own] = least;
-                if back {
-                    let most = &mut deepest[usize::from(values[own])];
-                    if least > most.1 {
-                        *most = (own, least);
-                    }
-                }
-            }
-        }
-    };
-    pass(&mut (0..height), false);
-    pass(&mut (0..height).rev(), true);
-    let of_values = (0..=u16::MAX).zip(deepest);
-    of_values.filter(|(_, (_, depth))| *depth > 0).collect()
 }
 
 #[cfg(test)]
@@ -533,23 +488,6 @@ mod tests {
         stroke.object = None;
         let of_second = &listed.found(propagation.surface(), &labels)[1];
         assert_eq!(of_second.strokes, strokes[1..]);
-    }
-
-    #[test]
-    fn the_innermost_pixel_is_that_with_most_room_around_it() {
-        // A bar of 2 beside a block of 1 with a hole, and a lone 3 at the border.
-        #[rustfmt::skip]
-        let values = [
-            2, 2, 1, 1, 1, 1, 1, 1, 1,
-            2, 2, 1, 0, 1, 1, 1, 1, 1,
-            2, 2, 1, 1, 1, 1, 1, 1, 1,
-            2, 2, 1, 1, 1, 1, 1, 1, 1,
-            2, 2, 3, 1, 1, 1, 1, 1, 1,
-        ];
-        let found = innermost(&values, 9);
-        assert_eq!((found[&1], found[&0]), ((2 * 9 + 6, 3), (9 + 3, 1)));
-        assert_eq!((found[&2].1, found[&3]), (1, (38, 1)));
-        assert!(innermost(&[], 0).is_empty());
     }
 
     fn pixels(

@@ -9,6 +9,7 @@ use crossbeam_channel::RecvTimeoutError;
 use super::{Command, Event, FrameMap, ModelState, Session, SessionOptions, Status};
 use crate::labels::LabelSet;
 use crate::scene::Scene;
+use crate::semantics::Surface;
 
 /// A session with its newest status.
 pub struct Client {
@@ -68,6 +69,11 @@ impl Client {
     /// The newest map of a frame.
     pub fn map(&self, frame: usize) -> Option<Arc<FrameMap>> {
         self.session.maps().get(frame)
+    }
+
+    /// The surface of the newest maps; `None` before there is one.
+    pub fn surface(&self) -> Option<Arc<Surface>> {
+        self.session.maps().surface()
     }
 
     /// The maps of all frames, if every one of them follows these labels.

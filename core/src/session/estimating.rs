@@ -94,7 +94,7 @@ fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
     let mut scene = scene;
     for own in estimated {
         let frame = &mut Arc::make_mut(&mut scene).frames[own.frame];
-        let grid = lengths(own);
+        let grid = FieldDepth::from(own);
         let confident = (0..grid.lengths.len()).filter(|&index| own.support(index) == Support::Confident);
         let points = confident.step_by(every).map(|index| SparsePoint {
             pixel: frame.camera.middle_of_reduced(own.stride, index) as u32,
@@ -109,16 +109,18 @@ fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
     Estimated { scene, depth }
 }
 
-/// The depth of a frame as lengths of rays.
-fn lengths(depth: &StereoDepth) -> FieldDepth {
-    let camera = &depth.camera;
-    let length = |index| {
-        let z = depth.z_depth(index);
-        z.map_or(f32::NAN, |z| z * camera.direction_at(index).length())
-    };
-    FieldDepth {
-        stride: depth.stride,
-        width: camera.width,
-        lengths: (0..camera.pixels()).map(length).collect(),
+/// Lengths of rays in place of depth.
+impl From<&StereoDepth> for FieldDepth {
+    fn from(depth: &StereoDepth) -> Self {
+        let camera = &depth.camera;
+        let length = |index| {
+            let z = depth.z_depth(index);
+            z.map_or(f32::NAN, |z| z * camera.direction_at(index).length())
+        };
+        Self {
+            stride: depth.stride,
+            width: camera.width,
+            lengths: (0..camera.pixels()).map(length).collect(),
+        }
     }
 }

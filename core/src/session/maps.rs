@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::semantics::FrameMap;
+use crate::semantics::{FrameMap, Surface};
 
 /// One slot per frame that always holds the newest map; an older generation never replaces a newer one.
 #[derive(Debug, Default)]
@@ -14,6 +14,12 @@ impl MapSlots {
     /// The newest map of a frame.
     pub fn get(&self, frame: usize) -> Option<Arc<FrameMap>> {
         self.lock().get(frame).cloned().flatten()
+    }
+
+    /// The surface of the first map that follows from one.
+    pub fn surface(&self) -> Option<Arc<Surface>> {
+        let mut maps = self.lock().clone().into_iter().flatten();
+        maps.find_map(|map| map.surface().map(|(surface, _)| Arc::clone(surface)))
     }
 
     /// Number of frames.

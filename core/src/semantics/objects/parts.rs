@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
-use crate::labels::ClassId;
+use crate::labels::{Class, ClassId, ObjectId};
 use crate::semantics::{DisjointSets, Node, NodeCells, Posterior, Surface};
 
 /// Longest edge that joins a part, in voxels.
 const JOINED: f32 = 2.5;
-/// A part of a class with fewer voxels than this share of the class's largest part is a fragment of the part next to it.
+/// A part of a class with fewer voxels than this share of the class's largest object is a fragment of the one next to it.
 const FRAGMENT: f32 = 0.1;
 /// Side of the cells in which the part next to a fragment is looked for, in voxels.
 const CELL: f32 = 16.0;
@@ -21,26 +21,52 @@ pub(super) struct Part {
     pub(super) nodes: Vec<u32>,
 }
 
-/// The parts of all classes on the free nodes, by class and then the largest first.
-pub(super) fn parts(surface: &Surface, posterior: &Posterior, is_free: &dyn Fn(u32) -> bool) -> Vec<Part> {
+/// The parts of all classes that are `things` on the nodes without an object, by class and then the largest first. What is
+/// much smaller than the largest object or part of its class is joined to the nearest of these.
+pub(super) fn parts(
+    surface: &Surface,
+    posterior: &Posterior,
+    things: &BTreeMap<ClassId, &Class>,
+    of_nodes: &mut [Option<ObjectId>],
+) -> Vec<Part> {
+    let class_of = |node: u32| posterior.labels[node as usize];
+    let mut told: BTreeMap<ClassId, BTreeMap<ObjectId, Vec<u32>>> = BTreeMap::new();
+    for (node, object) in (0..).zip(&*of_nodes) {
+        if let Some(object) = object {
+            let own = told.entry(class_of(node)).or_default();
+            own.entry(*object).or_default().push(node);
+        }
+    }
+    let is_free = |node: u32| of_nodes[node as usize].is_none() && things.contains_key(&class_of(node));
+    let free = components(surface, &posterior.labels, &is_free);
     let mut all = Vec::new();
-    for (class, mut parts) in components(surface, posterior, is_free) {
-        let fragments = parts.split_off(smaller_from(&parts, FRAGMENT));
+    for (class, mut parts) in free {
+        let told = told.remove(&class).unwrap_or_default();
+        let largest = parts.iter().chain(told.values()).map(Vec::len).max();
+        let fragments = parts.split_off(smaller_from(&parts, FRAGMENT * largest.unwrap_or(0) as f32));
         if !fragments.is_empty() {
+            let count = parts.len();
+            let (objects, nodes): (Vec<ObjectId>, Vec<Vec<u32>>) = told.into_iter().unzip();
+            parts.extend(nodes);
             join_fragments(surface.graph.nodes(), &mut parts, fragments);
+            for (object, nodes) in objects.into_iter().zip(parts.split_off(count)) {
+                nodes
+                    .into_iter()
+                    .for_each(|node| of_nodes[node as usize] = Some(object));
+            }
         }
         all.extend(parts.into_iter().map(|nodes| Part { class, nodes }));
     }
     all
 }
 
-/// The connected nodes of each class among those that count, the largest component first.
-pub(super) fn components(
+/// The connected nodes with each label among those that count, the largest component first.
+pub(in crate::semantics) fn components<T: Copy + Ord>(
     surface: &Surface,
-    posterior: &Posterior,
+    labels: &[T],
     counts: &dyn Fn(u32) -> bool,
-) -> BTreeMap<ClassId, Vec<Vec<u32>>> {
-    let (graph, labels) = (&surface.graph, &posterior.labels);
+) -> BTreeMap<T, Vec<Vec<u32>>> {
+    let graph = &surface.graph;
     let nodes = graph.nodes();
     let mut sets = DisjointSets::new(graph.len());
     for node in (0..graph.len() as u32).filter(|&node| counts(node)) {
@@ -61,19 +87,18 @@ pub(super) fn components(
     for node in (0..graph.len() as u32).filter(|&node| counts(node)) {
         of_root.entry(sets.root(node)).or_default().push(node);
     }
-    let mut of_class: BTreeMap<ClassId, Vec<Vec<u32>>> = BTreeMap::new();
+    let mut of_label: BTreeMap<T, Vec<Vec<u32>>> = BTreeMap::new();
     for part in of_root.into_values() {
-        of_class.entry(labels[part[0] as usize]).or_default().push(part);
+        of_label.entry(labels[part[0] as usize]).or_default().push(part);
     }
-    for parts in of_class.values_mut() {
+    for parts in of_label.values_mut() {
         parts.sort_by_key(|part| (std::cmp::Reverse(part.len()), part[0]));
     }
-    of_class
+    of_label
 }
 
-/// The place of the first of a class's components that is smaller than this share of the largest.
-pub(super) fn smaller_from(components: &[Vec<u32>], share: f32) -> usize {
-    let fewest = share * components.first().map_or(0, Vec::len) as f32;
+/// The place of the first of a class's components, the largest of which comes first, that has fewer nodes.
+pub(super) fn smaller_from(components: &[Vec<u32>], fewest: f32) -> usize {
     components.partition_point(|part| part.len() as f32 >= fewest)
 }
 

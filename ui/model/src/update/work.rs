@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use inplace_core::labels::{ImportError, LabelImages, Trust, read_label_images};
+use inplace_core::semantics::united;
 
 use crate::dialogs::ExportChoice;
 use crate::effect::Effect;
@@ -110,12 +111,22 @@ impl Model {
             return;
         };
         let scene = Arc::clone(&workspace.scene);
-        let classes = workspace.document.classes().to_vec();
+        let known = workspace.document.labels().clone();
+        let maps = Arc::clone(workspace.session().maps());
         self.last_ticket += 1;
         let ticket = self.last_ticket;
         self.state.importing = Some(ticket);
         self.start("import", move |_, _| {
-            let images = read_label_images(&folder, &scene, &classes, trust);
+            let images = read_label_images(&folder, &scene, &known.classes, trust);
+            let images = images.and_then(|images| {
+                if !images.is_by_frame() {
+                    return Ok(images);
+                }
+                let surface = maps
+                    .surface()
+                    .ok_or_else(|| ImportError::without_surface(&folder))?;
+                Ok(united(&surface, images, &known))
+            });
             Done::Imported(ticket, Box::new(images))
         });
     }
