@@ -398,6 +398,9 @@ pub struct ParetoArguments {
         value_parser = baseline
     )]
     pub baselines: Vec<Baseline>,
+    /// Measure also what stereo makes of a scene without a field, and a field without stereo.
+    #[arg(long, requires = "no_depth")]
+    pub alone: bool,
     /// Measure "auto" also with a quarter, half, twice and four times the field's table and the surface's voxels that it
     /// chooses, each by itself.
     #[arg(long)]

@@ -7,11 +7,12 @@ use std::time::{Duration, Instant};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{Failure, unusable_scene};
-use inplace_core::field::{Preset, Trainer};
+use inplace_core::field::Trainer;
 use inplace_core::labels::{Class, ClassId, ImportedLabels, LabelSet, VOID};
 use inplace_core::scene::Scene;
+use inplace_core::scene::reprojection::refine;
 use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
-use inplace_core::session::{Client, Command, Event, SurfaceRefiner};
+use inplace_core::session::{Client, Command, Event, Session, SessionOptions, SurfaceRefiner};
 
 const NO_SURFACE: &str = "no surface was found; train for longer";
 
@@ -48,9 +49,7 @@ pub(super) fn wait_for_map(client: &mut Client, view: usize, labels: u64) -> Res
 
 /// The surface that a session has found.
 pub(super) fn surface_of(client: &Client, scene: &Scene) -> Result<Arc<Surface>, Failure> {
-    let map = client.map(0);
-    let surface = map.and_then(|map| map.surface().map(|(surface, _)| Arc::clone(surface)));
-    surface.ok_or_else(|| unusable_scene(scene, NO_SURFACE))
+    client.surface().ok_or_else(|| unusable_scene(scene, NO_SURFACE))
 }
 
 /// So many threads, at least one, to compute with.
@@ -58,22 +57,28 @@ pub(super) fn pool(threads: usize) -> Result<ThreadPool, Failure> {
     Ok(ThreadPoolBuilder::new().num_threads(threads.max(1)).build()?)
 }
 
-/// The surface from measured depth; where that has holes or there is none, a field is trained for so long, and
-/// its depth fills them. It takes the threads that it is run in.
-pub(super) fn trained_surface(
+/// The surface that a session finds: from measured depth at once; where that has holes or there is none, when the geometry is
+/// learnt, after so long at most.
+pub(super) fn session_surface(
     scene: &Arc<Scene>,
-    preset: Preset,
-    training: Duration,
-    seed: u64,
+    options: &SessionOptions,
+    limit: Duration,
 ) -> Result<Arc<Surface>, Failure> {
-    let mut trainer = Trainer::new(Arc::clone(scene), preset, seed)?;
-    if !SurfaceRefiner::is_complete(scene) {
-        let start = Instant::now();
-        while start.elapsed() < training && !trainer.settled() {
-            trainer.step()?;
-        }
+    let is_complete = SurfaceRefiner::is_complete(scene);
+    let session = Session::on(Arc::clone(scene), options.clone(), || {});
+    let mut client = Client::observing(session, |_| {});
+    learn(
+        &mut client,
+        Some(if is_complete { Duration::ZERO } else { limit }),
+    )?;
+    surface_of(&client, scene)
+}
+
+/// Moves the cameras as a session without measured depth does, where that helps.
+pub(super) fn refine_poses(scene: &mut Scene) {
+    if let Ok(refined) = refine(scene, &|| true) {
+        refined.apply(scene);
     }
-    surface(scene, &trainer, 1.0)
 }
 
 /// The surface that this field completes, with so many times the voxels that are chosen for the scene.

@@ -17,7 +17,7 @@ pub use recipe::{Flipped, Objects, clicks, coarse, evenly, grid, grown, pixel_no
 
 use super::arguments::PaperArguments;
 use super::commands::{begin, grouped};
-use super::learnt::{pool, spread, trained_surface};
+use super::learnt::{pool, session_surface, spread};
 use super::page::{Page, known};
 use super::table::csv;
 use super::truth::in_image;
@@ -27,7 +27,7 @@ use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
 use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::semantics::Surface;
-use inplace_core::session::Progress;
+use inplace_core::session::{Progress, SessionOptions};
 
 /// How the training frames' label images are spoilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -194,7 +194,11 @@ pub fn paper_experiments(
     let start = Instant::now();
     progress("finding the surface");
     let training = Duration::from_secs_f64(arguments.seconds);
-    let surface = trained_surface(scene, arguments.on.training.preset, training, seed)?;
+    let session = SessionOptions {
+        seed,
+        ..arguments.on.training.session_options(scene.source.clone())
+    };
+    let surface = session_surface(scene, &session, training)?;
     let found = Found {
         scene,
         truth: &truth,
@@ -284,8 +288,8 @@ fn spoilt(
 }
 
 /// The columns of `paper.csv`, one row for each point.
-pub const COLUMNS: &str =
-    "scene experiment depth seed miou:4 average_accuracy:4 total_accuracy:4 wall_s:2 paper_miou";
+pub const COLUMNS: &str = "scene experiment depth seed miou:4 average_accuracy:4 total_accuracy:4 wall_s:2 paper_miou \
+     boundary_miou:4";
 
 /// Runs the experiments on every scene, writes `paper.csv`, and prints.
 pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
@@ -369,13 +373,14 @@ fn page(points: &[PaperPoint]) -> Page {
             of(&|run| run.scores.miou, 3),
             of(&|run| run.scores.average_accuracy, 3),
             of(&|run| run.scores.total_accuracy, 3),
+            of(&|run| run.scores.boundary_miou.unwrap_or(f64::NAN), 3),
             of(&|run| run.wall_s, 1),
             known(runs[0].paper_miou, 3),
         ]);
     }
     page.table(
         "scene | experiment | depth | input | mIoU | average accuracy | total accuracy | \
-         seconds | paper",
+         boundary mIoU | seconds | paper",
         &rows,
     );
     page

@@ -36,8 +36,19 @@ const FACTORS: [f32; 4] = [0.25, 0.5, 2.0, 4.0];
 pub enum Method {
     /// A session of the program; with [`Preset::Reference`], of the published network.
     Preset(Preset),
+    /// Half of a session without measured depth.
+    Alone(Half),
     /// Something simpler, or older.
     Baseline(Baseline),
+}
+
+/// What tells the depth of a scene where it is not measured; a session has both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    /// Stereo, at half and then at full size.
+    Stereo,
+    /// The field that "auto" trains.
+    Field,
 }
 
 impl Method {
@@ -45,6 +56,8 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Preset(preset) => preset.name(),
+            Self::Alone(Half::Stereo) => "stereo alone",
+            Self::Alone(Half::Field) => "field alone",
             Self::Baseline(baseline) => baseline.name(),
         }
     }
@@ -201,14 +214,16 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
     page.publish(&arguments.output, "pareto", &result)
 }
 
-/// The presets and then the baselines, each once.
+/// The presets, what is in them and then the baselines, each once.
 fn methods(arguments: &ParetoArguments) -> Vec<Method> {
     let presets = arguments.presets.iter().copied().map(Method::Preset);
+    let halves = [Half::Stereo, Half::Field].map(Method::Alone);
+    let halves = halves.into_iter().filter(|_| arguments.alone);
     let baselines = arguments.baselines.iter().map(|&baseline| match baseline {
         Baseline::Reference => Method::Preset(Preset::Reference),
         other => Method::Baseline(other),
     });
-    let all: Vec<Method> = presets.chain(baselines).collect();
+    let all: Vec<Method> = presets.chain(halves).chain(baselines).collect();
     let each = grouped(&all, |method| *method).into_iter();
     each.map(|(method, _)| method).collect()
 }

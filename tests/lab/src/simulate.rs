@@ -60,8 +60,8 @@ impl SimulatedPoint {
 }
 
 /// The columns of `results.csv`, one row for each point.
-pub const COLUMNS: &str =
-    "scene policy seed clicks_per_class strokes miou:4 average_accuracy:4 total_accuracy:4 wall_s:2";
+pub const COLUMNS: &str = "scene policy seed clicks_per_class strokes miou:4 average_accuracy:4 total_accuracy:4 wall_s:2 \
+                           boundary_miou:4";
 
 /// The expected calibration errors of the points that have one, `calibration.csv`.
 pub fn calibration_table(points: &[SimulatedPoint]) -> serde_json::Result<String> {
@@ -134,13 +134,14 @@ fn page(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoint]
             format!("{:.3} ({low:.2} to {high:.2})", of(&|run| run.scores.miou)),
             format!("{:.3}", of(&|run| run.scores.average_accuracy)),
             format!("{:.3}", of(&|run| run.scores.total_accuracy)),
+            known(of(&|run| run.scores.boundary_miou.unwrap_or(f64::NAN)), 3),
             known(errors.map(mean), 3),
             format!("{:.1}", of(&|run| run.wall_s)),
         ]);
     }
     page.table(
         "policy | clicks a class | strokes | mIoU | average accuracy | total accuracy | \
-         calibration error | seconds",
+         boundary mIoU | calibration error | seconds",
         &rows,
     );
     page.chart("mIoU against clicks and time", "results.svg");

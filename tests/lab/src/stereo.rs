@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::Failure;
 use super::arguments::StereoArguments;
 use super::commands::begin;
+use super::learnt::refine_poses;
 use super::page::{Page, known};
 use super::table::csv;
-use inplace_core::scene::reprojection::refine;
 use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource};
 use inplace_core::session::Progress;
 use inplace_core::stereo::{Size, Stage, StereoDepth, estimate};
@@ -105,9 +105,7 @@ fn page(threads: usize, points: &[StereoPoint]) -> Page {
 fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<StereoPoint>, Failure> {
     let start = Instant::now();
     let mut scene = scene.clone();
-    if let Ok(refined) = refine(&scene, &|| true) {
-        refined.apply(&mut scene);
-    }
+    refine_poses(&mut scene);
     let mut measuring = Duration::ZERO;
     let mut points = Vec::new();
     let mut publish = |stage: Stage, maps: Vec<StereoDepth>| {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use super::metrics::Borders;
 use super::{ConfusionMatrix, Failure, Scores, unusable_file, unusable_scene};
 use inplace_core::labels::{self, ClassId, VOID, decode_gray};
 use inplace_core::scene::{Frame, Scene, SceneSource, demo::Shot, frame_number, label_images};
@@ -205,13 +206,17 @@ impl SceneTruth {
         frames: &[usize],
         mut map: impl FnMut(usize) -> Vec<ClassId>,
     ) -> Result<Scores, Failure> {
-        let mut matrix = ConfusionMatrix::default();
+        let (mut matrix, mut borders) = (ConfusionMatrix::default(), Borders::default());
         for frame in frames {
-            matrix.add(&self.images[frame].labels, &map(*frame))?;
+            let (truth, map) = (&self.images[frame], map(*frame));
+            matrix.add(&truth.labels, &map)?;
+            borders.add(&truth.labels, &map, truth.width as usize);
         }
-        matrix
-            .scores()
-            .ok_or_else(|| "ground truth: all pixels are void; measure on a capture with classes".into())
+        let scores = matrix.scores().map(|scores| Scores {
+            boundary_miou: borders.miou(),
+            ..scores
+        });
+        scores.ok_or_else(|| "ground truth: all pixels are void; measure on a capture with classes".into())
     }
 }
 

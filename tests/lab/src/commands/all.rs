@@ -24,7 +24,7 @@ const FOLDER: &str = "benchmarks";
 const BENCHES: &str = "\
 Accuracy against time | pareto | pareto | SCENES --baselines --seeds 3 --marks 2,5,10,20 | SCENES --baselines --seeds 1 --marks 2,5,10,20
 Accuracy against size | capacity | pareto | SCENES --preset auto --capacity --seeds 2 --marks 12 | left out
-Accuracy against time, without depth | pareto-no-depth | pareto | SCENES --no-depth --seeds 2 --marks 10,20,40,80,160,320,640 | left out
+Accuracy against time, without depth | pareto-no-depth | pareto | SCENES --no-depth --preset auto --alone --seeds 1 --marks 10,20,40,80,160,300 | left out
 How cost grows | scale | scale | | --sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2
 How long a click waits | latency | latency | SCENES --clicks 200 | SCENES --clicks 50
 Label images: the paper's experiments | paper | paper | SCENES | SCENES --experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%

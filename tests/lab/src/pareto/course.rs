@@ -3,18 +3,18 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Method, ParetoPoint, Part};
-use crate::learnt::{learn, pool, surface, surface_of};
+use super::{Half, Method, ParetoPoint, Part};
+use crate::learnt::{pool, refine_poses, session_surface, surface};
 use crate::simulate::baseline::{Task, published_course};
 use crate::simulate::{Annotator, Baseline, Click, Policy};
 use crate::{Failure, SceneTruth};
 use inplace_core::export::peak_memory;
-use inplace_core::field::{Preset, Trainer};
+use inplace_core::field::{Preset, Trainer, Volume};
 use inplace_core::labels::{ClassId, LabelSet};
 use inplace_core::scene::Scene;
-use inplace_core::semantics::{LabelPropagation, Surface};
-use inplace_core::session::SurfaceRefiner;
+use inplace_core::semantics::{FieldDepth, LabelPropagation, Surface};
 use inplace_core::session::{Client, Command, Event, Phase, SessionOptions};
+use inplace_core::stereo::{Size, Stage, StereoDepth, Support, estimate};
 
 const GENERATION: u64 = 1;
 
@@ -39,8 +39,36 @@ struct Prepared {
     truth: SceneTruth,
     clicks: Vec<Click>,
     labels: LabelSet,
-    /// Whether there is a surface without a field.
-    depth_is_complete: bool,
+}
+
+/// Wall time without that of measuring.
+struct Clock {
+    start: Instant,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self {
+            start: Instant::now(),
+        }
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    /// Leaves out what came after so long.
+    fn back_to(&mut self, elapsed: Duration) {
+        self.start = Instant::now() - elapsed;
+    }
+}
+
+/// The maps of the test frames by the labels on a surface.
+fn spread(scene: &Arc<Scene>, prepared: &Prepared, surface: &Arc<Surface>) -> Vec<Vec<ClassId>> {
+    let mut propagation = LabelPropagation::new(Arc::clone(surface));
+    propagation.set_labels(scene, &prepared.labels);
+    let map = |&frame: &usize| propagation.map(scene, frame, GENERATION).labels().into_owned();
+    prepared.truth.test.iter().map(map).collect()
 }
 
 impl ParetoRun {
@@ -59,11 +87,21 @@ impl ParetoRun {
                 self.of_reference(&prepared, last)
             }
             Method::Preset(preset) => match self.scaled {
-                Some(scaled) => self.of_size(preset, scaled, &prepared, last),
+                Some(scaled) => self.of_field(preset, scaled, &[last], &prepared),
                 None => self.of_session(preset, &prepared),
             },
+            Method::Alone(Half::Stereo) => self.of_stereo(&prepared),
+            Method::Alone(Half::Field) => {
+                let chosen = (Part::Field, 1.0);
+                self.of_field(Preset::Auto, chosen, &self.marks(), &prepared)
+            }
             Method::Baseline(baseline) => self.of_baseline(baseline, &prepared, last),
         }
+    }
+
+    fn marks(&self) -> Vec<Duration> {
+        let marks = self.marks.iter().copied();
+        marks.map(Duration::from_secs_f64).collect()
     }
 
     fn prepared(&self) -> Result<Prepared, Failure> {
@@ -74,7 +112,6 @@ impl ParetoRun {
         let clicks = annotator.clicks(Policy::Random, self.clicks, options.seed);
         let labels = annotator.labels(&clicks);
         Ok(Prepared {
-            depth_is_complete: SurfaceRefiner::is_complete(&scene),
             truth,
             clicks,
             labels,
@@ -83,7 +120,7 @@ impl ParetoRun {
 
     /// A session that is paused while it is measured.
     fn of_session(&self, preset: Preset, prepared: &Prepared) -> Result<Vec<ParetoPoint>, Failure> {
-        let start = Instant::now();
+        let mut clock = Clock::start();
         let mut run = Client::start(SessionOptions {
             preset,
             ..self.session.clone()
@@ -91,60 +128,92 @@ impl ParetoRun {
         let scene = run.opened()?;
         run.label(prepared.labels.clone(), GENERATION);
         let mut points = Vec::new();
-        let mut measuring = Duration::ZERO;
-        let marks = self.marks.iter().copied().map(Duration::from_secs_f64);
-        let mut marks = marks.peekable();
+        let mut marks = self.marks().into_iter().peekable();
         while let Some(mark) = marks.next() {
             // Marks that passed while the scene was being opened have nothing to measure.
-            if start.elapsed() - measuring > mark && marks.peek().is_some() {
+            if clock.elapsed() > mark && marks.peek().is_some() {
                 continue;
             }
-            let settled = run.settled(GENERATION, Some(start + measuring + mark))?;
+            let settled = run.settled(GENERATION, Some(clock.start + mark))?;
             if !settled {
                 run.send(Command::Pause);
                 let is_paused =
                     |event: &Event| matches!(event, Event::Status(status) if status.phase == Phase::Paused);
                 run.wait_until(None, is_paused)?;
             }
-            let begin = Instant::now();
-            let wall_s = (begin - start - measuring).as_secs_f64();
-            let point = self.of_maps_now(&scene, prepared, &run, wall_s)?;
+            let wall = clock.elapsed();
+            let point = self.of_maps_now(&scene, prepared, &run, wall.as_secs_f64())?;
             if settled {
                 let stop = run.status().training_end;
                 points.push(ParetoPoint { stop, ..point });
                 break;
             }
             points.push(point);
-            measuring += begin.elapsed();
+            clock.back_to(wall);
             run.send(Command::Resume);
         }
         Ok(points)
     }
 
-    /// A field and a surface by themselves: the field trains, and then the labels are propagated over its surface. The
-    /// semantic field that a session trains besides takes no part.
-    fn of_size(
+    /// A field and a surface by themselves: the field trains until each mark, and then the labels are propagated over its
+    /// surface. The semantic field that a session trains besides takes no part.
+    fn of_field(
         &self,
         preset: Preset,
         (part, factor): (Part, f32),
+        marks: &[Duration],
         prepared: &Prepared,
-        last: Duration,
     ) -> Result<Vec<ParetoPoint>, Failure> {
-        let start = Instant::now();
+        let mut clock = Clock::start();
         let of = |own: Part| if own == part { factor } else { 1.0 };
         pool(self.session.threads)?.install(|| {
             let scene = Arc::new(Scene::open(&self.session.source, self.session.open, &|_, _| {})?);
             let mut trainer =
                 Trainer::scaled(Arc::clone(&scene), preset, of(Part::Field), self.session.seed)?;
-            while start.elapsed() < last && !trainer.settled() {
-                trainer.step()?;
+            let mut points = Vec::new();
+            for &mark in marks {
+                while clock.elapsed() < mark && !trainer.settled() {
+                    trainer.step()?;
+                }
+                let wall = clock.elapsed();
+                let surface = surface(&scene, &trainer, of(Part::Surface))?;
+                let maps = spread(&scene, prepared, &surface);
+                points.push(self.alone(&scene, prepared, clock.elapsed(), &surface, maps, Some(&trainer))?);
+                clock.back_to(wall);
+                if trainer.settled() {
+                    break;
+                }
             }
-            let surface = surface(&scene, &trainer, of(Part::Surface))?;
-            let mut propagation = LabelPropagation::new(Arc::clone(&surface));
-            propagation.set_labels(&scene, &prepared.labels);
-            let map = |&frame: &usize| propagation.map(&scene, frame, GENERATION).labels().into_owned();
-            let maps = prepared.truth.test.iter().map(map).collect();
-            self.alone(&scene, prepared, start, &surface, maps, Some(&trainer))
+            Ok(points)
+        })
+    }
+
+    /// The surfaces that stereo finds, at half and at full size, and the labels propagated over each.
+    fn of_stereo(&self, prepared: &Prepared) -> Result<Vec<ParetoPoint>, Failure> {
+        let mut clock = Clock::start();
+        pool(self.session.threads)?.install(|| {
+            let mut scene = Scene::open(&self.session.source, self.session.open, &|_, _| {})?;
+            refine_poses(&mut scene);
+            let scene = Arc::new(scene);
+            let extent = Volume::around(&scene.bounds()).side;
+            let mut points = Vec::new();
+            let mut publish = |stage: Stage, maps: Vec<StereoDepth>| {
+                if stage.support != Support::Voted {
+                    return;
+                }
+                let wall = clock.elapsed();
+                let mut depth = vec![None; scene.frames.len()];
+                for own in &maps {
+                    depth[own.frame] = Some(Arc::new(FieldDepth::from(own)));
+                }
+                if let Some(surface) = Surface::build(&scene, &depth, extent).map(Arc::new) {
+                    let maps = spread(&scene, prepared, &surface);
+                    points.push(self.alone(&scene, prepared, clock.elapsed(), &surface, maps, None));
+                }
+                clock.back_to(wall);
+            };
+            estimate(&scene, Size::Full, &mut publish, &|_| true)?;
+            points.into_iter().collect()
         })
     }
 
@@ -164,22 +233,13 @@ impl ParetoRun {
         prepared: &Prepared,
         last: Duration,
     ) -> Result<Vec<ParetoPoint>, Failure> {
-        let start = Instant::now();
+        let clock = Clock::start();
         let pool = pool(self.session.threads)?;
-        let (scene, surface): (Arc<Scene>, Arc<Surface>) = if baseline == Baseline::Pixels {
-            let open = || Scene::open(&self.session.source, self.session.open, &|_, _| {});
-            (Arc::new(pool.install(open)?), Arc::default())
-        } else {
-            let mut run = Client::start(self.session.clone());
-            let scene = run.opened()?;
-            let limit = if prepared.depth_is_complete {
-                Duration::ZERO
-            } else {
-                last.saturating_sub(start.elapsed())
-            };
-            learn(&mut run, Some(limit))?;
-            let surface = surface_of(&run, &scene)?;
-            (scene, surface)
+        let open = || Scene::open(&self.session.source, self.session.open, &|_, _| {});
+        let scene = Arc::new(pool.install(open)?);
+        let surface = match baseline {
+            Baseline::Pixels => Arc::default(),
+            _ => session_surface(&scene, &self.session, last.saturating_sub(clock.elapsed()))?,
         };
         let task = Task {
             scene: &scene,
@@ -191,23 +251,30 @@ impl ParetoRun {
             wall: last,
         };
         let maps = pool.install(|| baseline.maps(&task))?;
-        self.alone(&scene, prepared, start, &surface, maps, None)
+        Ok(vec![self.alone(
+            &scene,
+            prepared,
+            clock.elapsed(),
+            &surface,
+            maps,
+            None,
+        )?])
     }
 
-    /// Maps of the test frames that were made without a session, just now: on this surface, with this field.
+    /// Maps of the test frames that were made without a session, after so long: on this surface, with this field.
     fn alone(
         &self,
         scene: &Scene,
         prepared: &Prepared,
-        start: Instant,
+        wall: Duration,
         surface: &Surface,
         maps: Vec<Vec<ClassId>>,
         trainer: Option<&Trainer>,
-    ) -> Result<Vec<ParetoPoint>, Failure> {
-        let begun = self.begun(scene, start.elapsed().as_secs_f64());
+    ) -> Result<ParetoPoint, Failure> {
+        let begun = self.begun(scene, wall.as_secs_f64());
         let held_out = trainer.and_then(Trainer::error);
         let parameters = trainer.map(|trainer| trainer.field().parameters());
-        Ok(vec![ParetoPoint {
+        Ok(ParetoPoint {
             miou: prepared.truth.scores_of_maps(scene, maps)?.miou,
             depth_error_m: held_out.and_then(|error| error.depth_error).map(f64::from),
             psnr_db: held_out.map(|error| f64::from(error.psnr)),
@@ -215,7 +282,7 @@ impl ParetoRun {
             voxels: surface.graph.len(),
             bytes: size_of::<f32>() * parameters.unwrap_or(0) + surface.graph.bytes(),
             ..begun
-        }])
+        })
     }
 
     /// The maps of a session as they are now.

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::{Annotator, Click, Policy};
 use crate::arguments::SimulateArguments;
 use crate::commands::grouped;
-use crate::learnt::{pool, trained_surface};
+use crate::learnt::{pool, session_surface};
 use crate::objects::{GOOD, ObjectTruth, Segment, SegmentCounts, SegmentScores};
 use crate::{Failure, mean};
 use inplace_core::guide::{Suggestion, suggest};
@@ -87,7 +87,7 @@ pub fn simulate_objects(
     let pool = pool(session.threads)?;
     let mut points = Vec::new();
     progress("learning the scene");
-    let surface = pool.install(|| trained_surface(&scene, session.preset, training, session.seed))?;
+    let surface = session_surface(&scene, session, training)?;
     for run in 0..experiment.seeds {
         let run = Run {
             experiment,

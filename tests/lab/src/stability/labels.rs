@@ -135,8 +135,8 @@ fn random_objects(trial: &mut Trial, settings: &Settings, rng: &mut SmallRng) ->
     let (mut maps, classes) = (label_images(trial), trial.truth.classes());
     let scene = Arc::new(trial.scene.clone());
     let most = Duration::from_secs_f64(trial.seconds(settings));
-    let training = &settings.training;
-    let surface = learnt::trained_surface(&scene, training.preset, most, training.reading.seed)?;
+    let session = settings.training.session_options(scene.source.clone());
+    let surface = learnt::session_surface(&scene, &session, most)?;
     let clean = ImportedLabels {
         maps: maps.clone(),
         trust: Trust::RIGHT,

@@ -32,6 +32,16 @@ pub(super) fn conditions() -> Vec<Condition> {
         });
         Condition { quick, ..shaken }
     });
+    let alone = disturbed(
+        "pose-no-depth",
+        "every camera is off by 1 cm and 0.5 degrees, colours alone",
+        "adjusts the poses to corners that views share before it matches the views",
+        Line::OfCleanWithoutDepth(0.8),
+        |trial, rng| {
+            trial.without_depth();
+            shake(trial, rng, 0.01, 0.5);
+        },
+    );
     let no_depth = "scales a scene without depth to the size of a room, and says so";
     let far = "moves the origin to the cameras in double precision, and back in what it exports";
     let placed = [
@@ -71,7 +81,7 @@ pub(super) fn conditions() -> Vec<Condition> {
             ..Condition::new(name, what, answer, line, way)
         }
     });
-    shaken.into_iter().chain(placed).collect()
+    shaken.into_iter().chain([alone]).chain(placed).collect()
 }
 
 /// Moves and turns every camera about a random axis: by so many metres and degrees, the standard deviation.

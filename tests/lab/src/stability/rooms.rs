@@ -10,12 +10,16 @@ use inplace_core::labels::ClassId;
 use inplace_core::scene::demo::Shot;
 
 pub(super) fn conditions() -> Vec<Condition> {
-    let of = |name, what, answer, least, room| Condition {
+    let tried = |name, what, answer, least, room, without_depth: bool| Condition {
         demo_only: true,
         ..disturbed(name, what, answer, Line::Least(least), move |trial, rng| {
             enter(trial, rng, room);
+            if without_depth {
+                trial.without_depth();
+            }
         })
     };
+    let of = |name, what, answer, least, room| tried(name, what, answer, least, room, false);
     vec![
         of(
             "thin",
@@ -33,6 +37,15 @@ pub(super) fn conditions() -> Vec<Condition> {
         )
         .limited_by("shallow bends between white and white are no border")
         .in_short(),
+        tried(
+            "plain-no-depth",
+            "the same room, colours alone",
+            "continues what little the views match, and believes it as little",
+            0.4,
+            HardRoom::Plain,
+            true,
+        )
+        .limited_by("white on white has no depth to match: shading is all that there is"),
         of(
             "same-colour",
             "two classes of one material, flush, without a seam; the 20 cm around it are not measured",

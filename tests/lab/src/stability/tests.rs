@@ -65,7 +65,7 @@ fn a_wall_of_two_halves_stands_what_keeps_it_whole() {
 #[test]
 fn hard_rooms_take_the_place_of_the_demo_alone() {
     let rooms: Vec<Condition> = conditions().into_iter().filter(|own| own.demo_only).collect();
-    assert_eq!(rooms.len(), 6);
+    assert_eq!(rooms.len(), 7);
     let (_root, scene) = wall();
     let error = stability(&scene, &rooms, &settings(), &mut |_, _| {}, &|_| {}).unwrap_err();
     assert!(error.to_string().contains("try them on \"demo\""), "{error}");
