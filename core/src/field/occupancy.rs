@@ -210,6 +210,7 @@ mod tests {
                 pixel: middle as u32,
                 length,
                 error: 0.1,
+                by_stereo: false,
             }];
         }
         let volume = Volume::around(&scene.bounds());

@@ -379,7 +379,8 @@ impl Trainer {
         let mut rng =
             SmallRng::seed_from_u64(self.seed ^ (self.steps + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let count = (SAMPLES_PER_STEP as f32 / self.samples_per_ray.max(1.0)) as usize;
-        self.source.draw(&self.scene, count.clamp(128, 4096), &mut rng)
+        self.source
+            .draw(&self.scene, self.steps, count.clamp(128, 4096), &mut rng)
     }
 
     fn sampling(&self) -> Sampling {

@@ -202,6 +202,8 @@ pub struct SparsePoint {
     /// Distance between where the frame shows it and where its position projects to, in pixels of the image
     /// on disk.
     pub error: f32,
+    /// Whether stereo found it: such points are less exact than those of a structure from motion.
+    pub by_stereo: bool,
 }
 
 /// One posed image of the scene, without lens distortion.

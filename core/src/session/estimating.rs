@@ -100,6 +100,7 @@ fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
             pixel: frame.camera.middle_of_reduced(own.stride, index) as u32,
             length: grid.lengths[index],
             error: 0.0,
+            by_stereo: true,
         });
         let points: Vec<SparsePoint> = points.collect();
         frame.points.extend(points);

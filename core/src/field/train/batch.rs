@@ -8,6 +8,9 @@ use crate::scene::Scene;
 
 /// One ray in this number goes through a sparse point, where the capture has sparse points.
 const SPARSE_EVERY: usize = 3;
+/// Steps in which the points that stereo found count. They give the field its shape sooner than colours do; later they would
+/// hold it where they are wrong.
+const STEREO_STEPS: u64 = 1000;
 /// Share of the rays that come in threes, evenly spaced on a line across the image, where no depth is
 /// measured.
 const SHARE_OF_TRIPLES: f32 = 0.2;
@@ -33,8 +36,10 @@ pub struct Batch {
 #[derive(Debug)]
 pub struct PixelSource {
     frames: Vec<usize>,
-    /// Sparse points: (frame, index of the point).
+    /// Sparse points: (frame, index of the point); first those that always count.
     sparse: Vec<(usize, usize)>,
+    /// How many of them always count.
+    lasting: usize,
     triples: bool,
 }
 
@@ -43,17 +48,24 @@ impl PixelSource {
     pub fn new(scene: &Scene, frames: Vec<usize>, triples: bool) -> Self {
         let points_of =
             |&frame: &usize| (0..scene.frames[frame].points.len()).map(move |point| (frame, point));
-        let sparse = frames.iter().flat_map(points_of).collect();
+        let by_stereo = |&(frame, point): &(usize, usize)| scene.frames[frame].points[point].by_stereo;
+        let (first, lasting): (Vec<_>, Vec<_>) = frames.iter().flat_map(points_of).partition(by_stereo);
         Self {
+            lasting: lasting.len(),
+            sparse: [lasting, first].concat(),
             frames,
-            sparse,
             triples,
         }
     }
 
-    /// About `count` random rays; pixels that the image does not show are left out.
-    pub fn draw(&self, scene: &Scene, count: usize, rng: &mut SmallRng) -> Batch {
+    /// About `count` random rays for a step after so many others; pixels that the image does not show are left out.
+    pub fn draw(&self, scene: &Scene, steps: u64, count: usize, rng: &mut SmallRng) -> Batch {
         let mut batch = Batch::default();
+        let counting = if steps < STEREO_STEPS {
+            self.sparse.len()
+        } else {
+            self.lasting
+        };
         if self.triples {
             self.draw_triples(
                 scene,
@@ -63,8 +75,8 @@ impl PixelSource {
             );
         }
         for number in batch.rays.len()..count {
-            let (frame, index, length) = if number % SPARSE_EVERY == 0 && !self.sparse.is_empty() {
-                let (frame, point) = self.sparse[rng.random_range(0..self.sparse.len())];
+            let (frame, index, length) = if number % SPARSE_EVERY == 0 && counting > 0 {
+                let (frame, point) = self.sparse[rng.random_range(0..counting)];
                 let point = scene.frames[frame].points[point];
                 (frame, point.pixel as usize, Some(point.length))
             } else {
@@ -140,6 +152,7 @@ impl Batch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SparsePoint;
     use crate::scene::testing::wall;
     use rand::SeedableRng;
 
@@ -147,7 +160,7 @@ mod tests {
     fn only_pixels_in_threes_lie_on_a_line_along_which_inverse_depth_is_even() {
         let scene = wall(4, 40, 30);
         let source = PixelSource::new(&scene, vec![0, 2], true);
-        let batch = source.draw(&scene, 600, &mut SmallRng::seed_from_u64(1));
+        let batch = source.draw(&scene, 0, 600, &mut SmallRng::seed_from_u64(1));
         assert!(batch.triples > 20 && batch.rays.len() == 600 && batch.frames.len() == 600);
         assert!(batch.frames.iter().all(|frame| [0, 2].contains(frame)));
         for k in 0..batch.triples {
@@ -159,7 +172,34 @@ mod tests {
             assert!((inverse[0] + inverse[2] - 2.0 * inverse[1]).abs() < 1e-3);
         }
         let alone = PixelSource::new(&scene, vec![1], false);
-        let batch = alone.draw(&scene, 100, &mut SmallRng::seed_from_u64(1));
+        let batch = alone.draw(&scene, 0, 100, &mut SmallRng::seed_from_u64(1));
         assert_eq!((batch.triples, batch.rays.len(), batch.measured()), (0, 100, 100));
+    }
+
+    #[test]
+    fn points_of_stereo_count_at_first_and_those_of_a_structure_from_motion_always() {
+        let mut scene = wall(2, 40, 30);
+        for (frame, by_stereo) in scene.frames.iter_mut().zip([true, false]) {
+            frame.set_depth(None);
+            frame.points = vec![SparsePoint {
+                pixel: 7,
+                length: 2.0,
+                error: 0.0,
+                by_stereo,
+            }];
+        }
+        let source = PixelSource::new(&scene, vec![0, 1], false);
+        let frames = |steps| {
+            let batch = source.draw(&scene, steps, 300, &mut SmallRng::seed_from_u64(1));
+            let known = batch
+                .rays
+                .iter()
+                .zip(&batch.frames)
+                .filter(|(ray, _)| ray.length.is_some());
+            known.map(|(_, &frame)| frame).collect::<Vec<u32>>()
+        };
+        let (first, later) = (frames(STEREO_STEPS - 1), frames(STEREO_STEPS));
+        assert!(first.len() == 100 && first.contains(&0) && first.contains(&1));
+        assert_eq!(later, [1; 100]);
     }
 }

@@ -146,6 +146,7 @@ impl Projected {
                 pixel,
                 length: (distance / unit) as f32,
                 error: error as f32,
+                by_stereo: false,
             });
         points
             .filter(|point| point.length > 0.0 && f64::from(point.length) <= FARTHEST)

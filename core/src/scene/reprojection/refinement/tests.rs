@@ -103,6 +103,7 @@ fn what_says_nothing_about_poses_leaves_them() {
         pixel: 0,
         length: 2.0,
         error: 0.1,
+        by_stereo: false,
     });
     assert_eq!(refined(&with_points).unwrap_err(), Unrefined::StructureFromMotion);
     assert_eq!(refine(&ROOM, &|| false).unwrap_err(), Unrefined::Stopped);
