@@ -301,21 +301,6 @@ fn voxels_grow_with_the_noise_of_the_depth_to_twice_their_side_and_the_depth_is_
 }
 
 #[test]
-fn four_times_the_voxels_have_half_the_side() {
-    let scene = wall(3, 320, 240);
-    let chosen = Surface::build(&scene, &[], 5.0).unwrap();
-    let same = Surface::build_scaled(&scene, &[], 5.0, 1.0).unwrap();
-    assert_eq!(same.graph.len(), chosen.graph.len());
-    for (size, tolerance) in [(0.25, 0.3), (4.0, 0.2)] {
-        let scaled = Surface::build_scaled(&scene, &[], 5.0, size).unwrap();
-        assert!((scaled.voxel - chosen.voxel / size.sqrt()).abs() < 1e-6);
-        let share = scaled.graph.len() as f32 / chosen.graph.len() as f32;
-        assert!((share / size - 1.0).abs() < tolerance, "{size}: {share}");
-        assert_eq!(scaled.graph.bytes() > chosen.graph.bytes(), size > 1.0);
-    }
-}
-
-#[test]
 fn hidden_pixels_have_no_node_and_no_label_whatever_is_said_of_them() {
     let mut scene = wall(3, 64, 48);
     // The middle of the second frame, where its neighbours know the wall, and where depth was measured.

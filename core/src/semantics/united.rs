@@ -268,27 +268,15 @@ impl Found {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::labels::{Class, ImportedLabels, Stroke, StrokeId, Trust};
+    use crate::labels::testing::clicked;
+    use crate::labels::{ImportedLabels, Stroke, Trust};
     use crate::scene::testing::wall;
     use crate::semantics::testing::{surface, truth};
-
-    /// The number of an object at pixels of both halves of a wall, in each frame.
-    fn numbers(images: &LabelImages) -> Vec<[Option<u16>; 2]> {
-        let at = |map: &ImportedMap| {
-            let objects = map.objects();
-            let number = |pixel: usize| objects.as_ref()?[pixel].map(ObjectId::number);
-            [24 * 64 + 8, 24 * 64 + 56].map(number)
-        };
-        images.labels.maps.iter().map(at).collect()
-    }
 
     #[test]
     fn an_object_has_one_number_whatever_its_numbers_in_the_frames_are() {
         let scene = wall(5, 64, 48);
-        let surface = surface(&scene);
         // Panels side by side: numbered from either side, both as one, one of them in two pieces, and left out.
         let said = |frame: usize, half: ClassId, row: usize| match (frame, half) {
             (0, half) => half,
@@ -302,7 +290,7 @@ mod tests {
         let map = |frame: usize| {
             let halves = truth(&scene, frame).into_iter().enumerate();
             let label = |(pixel, half)| Label {
-                class: 7,
+                class: 1,
                 object: ObjectId::new(said(frame, half, pixel / 64)),
             };
             ImportedMap::with_objects(frame, &halves.map(label).collect::<Vec<_>>())
@@ -312,48 +300,29 @@ mod tests {
                 maps: (0..5).map(map).collect(),
                 trust: Trust::VOTES,
             },
-            classes: vec![Class::new(7, "chair")],
+            classes: Vec::new(),
             objects: Vec::new(),
             unmatched: 0,
         };
-        let panel = |number, name: &str| Object {
-            id: ObjectId::new(number).unwrap(),
-            class: 7,
-            name: name.to_owned(),
-        };
-        let mut known = LabelSet {
-            objects: vec![panel(3, "chair 1"), panel(4, "chair 2")],
-            ..LabelSet::default()
-        };
-        let stroke = Stroke {
-            object: ObjectId::new(3),
-            ..Stroke::click(0, 7, [1, 1])
-        };
-        known.strokes.insert(StrokeId(1), Arc::new(stroke));
-        let united = united(&surface, images.clone(), &known);
-        assert!(images.is_by_frame() && !united.is_by_frame());
-        let names = united.objects.iter().map(|object| object.name.as_str());
-        assert_eq!(
-            names.collect::<Vec<_>>(),
-            ["chair 2", "chair 3"],
-            "a stroke is on chair 1"
-        );
-        let numbers = numbers(&united);
-        let [left, right] = numbers[0].map(Option::unwrap);
-        assert_ne!(left, right);
-        assert_eq!(numbers[1], numbers[0]);
-        assert_eq!(numbers[3], numbers[0]);
-        assert_eq!(numbers[4], [None, Some(right)]);
+        let mut history = clicked(&["panel"], &[]);
+        history.add_object(Stroke::click(0, 1, [1, 1]), &[]).unwrap();
+        let mut known = history.labels().clone();
+        let united = |known| united(&surface(&scene), images.clone(), known);
+        let one = united(&known);
+        assert!(images.is_by_frame() && !one.is_by_frame());
+        // A stroke is on panel 1.
+        let names: Vec<&str> = one.objects.iter().map(|object| object.name.as_str()).collect();
+        assert_eq!(names, ["panel 2", "panel 3"]);
+        let numbers = one.labels.maps.iter().map(|map| {
+            let objects = map.objects().unwrap();
+            [24 * 64 + 8, 24 * 64 + 56].map(|pixel| objects[pixel].map(ObjectId::number))
+        });
+        let numbers: Vec<[Option<u16>; 2]> = numbers.collect();
+        assert!(numbers[0] == [Some(1), Some(2)] || numbers[0] == [Some(2), Some(1)]);
+        assert_eq!([numbers[1], numbers[3]], [numbers[0]; 2]);
+        assert_eq!(numbers[4], [None, numbers[0][1]]);
 
-        let floor = Class {
-            thing: false,
-            ..Class::new(7, "floor")
-        };
-        let stuff = LabelImages {
-            classes: vec![floor],
-            ..images
-        };
-        let united = super::united(&surface, stuff, &known);
-        assert!(united.objects.is_empty() && united.labels.objects().is_empty());
+        known.classes[0].thing = false;
+        assert!(united(&known).labels.objects().is_empty());
     }
 }

@@ -410,11 +410,9 @@ fn images_of_objects_say_class_and_object_and_class_images_say_the_rest() {
     );
     assert_eq!(both.labels.maps[1].objects(), map.objects());
     assert_eq!(both.labels.maps[1].labels()[..4], [7, 6, 5, 5]);
-    assert!(!both.is_by_frame());
-
     fs::remove_file(root.path().join("objects.json")).unwrap();
     let by_frame = read(root.path(), &scene).unwrap();
-    assert!(by_frame.is_by_frame());
+    assert!(by_frame.is_by_frame() && !both.is_by_frame());
     let map = &by_frame.labels.maps[1];
     assert_eq!(map.labels(), [7; 48]);
     assert_eq!(map.objects().unwrap()[..4], [0, 1, 300, 4].map(ObjectId::new));
