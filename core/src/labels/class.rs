@@ -54,6 +54,11 @@ impl Class {
         }
     }
 
+    /// A class of which only the id is known.
+    pub(crate) fn unnamed(id: ClassId) -> Self {
+        Self::new(id, format!("class {id}"))
+    }
+
     /// Whether a name is that of this class, capitals and surrounding blanks aside.
     pub fn is_named(&self, name: &str) -> bool {
         self.name.trim().to_lowercase() == name.trim().to_lowercase()

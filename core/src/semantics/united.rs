@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use super::objects::components;
 use super::{DisjointSets, NO_NODE, Surface};
 use crate::labels::{
-    ClassId, ImportedMap, Label, LabelImages, LabelSet, Object, ObjectId, VOID, unused_name,
+    Class, ClassId, ImportedMap, Label, LabelImages, LabelSet, Object, ObjectId, VOID, unused_name,
 };
 
 /// Least overlap with which a frame shows an object that other frames show: voxels of both by voxels of either.
@@ -42,9 +42,12 @@ struct Found {
 /// objects that keep few of their nodes, and numbers that fit none, are left out.
 #[must_use]
 pub fn united(surface: &Surface, mut images: LabelImages, known: &LabelSet) -> LabelImages {
-    let listed: Vec<_> = images.classes.iter().chain(&known.classes).cloned().collect();
-    let class_of = |id: ClassId| listed.iter().find(|class| class.id == id);
-    let is_thing = |id: ClassId| class_of(id).is_some_and(|class| class.thing);
+    let listed: Vec<Class> = images.classes.iter().chain(&known.classes).cloned().collect();
+    let class_of = |id: ClassId| {
+        let class = listed.iter().find(|class| class.id == id);
+        class.cloned().unwrap_or_else(|| Class::unnamed(id))
+    };
+    let is_thing = |id: ClassId| class_of(id).thing;
     let views = images.labels.maps.par_iter();
     let views: Vec<View> = views.map(|map| View::new(surface, map, &is_thing)).collect();
     let mut found = Found {
@@ -70,13 +73,11 @@ pub fn united(surface: &Surface, mut images: LabelImages, known: &LabelSet) -> L
     let mut ids: BTreeMap<u32, ObjectId> = BTreeMap::new();
     let mut numbers = (1..=u16::MAX).filter_map(ObjectId::new);
     for &number in same.iter().flat_map(BTreeMap::values) {
-        let class = found.classes[number as usize];
         if ids.contains_key(&number) {
             continue;
         }
-        let Some((id, class)) = numbers.next().zip(class_of(class)) else {
-            continue;
-        };
+        let Some(id) = numbers.next() else { break };
+        let class = class_of(found.classes[number as usize]);
         let name = unused_name(&class.name, names.iter().map(String::as_str));
         names.insert(name.clone());
         images.objects.push(Object {
@@ -307,7 +308,7 @@ mod tests {
         let mut history = clicked(&["panel"], &[]);
         history.add_object(Stroke::click(0, 1, [1, 1]), &[]).unwrap();
         let mut known = history.labels().clone();
-        let united = |known| united(&surface(&scene), images.clone(), known);
+        let united = |known: &LabelSet| united(&surface(&scene), images.clone(), known);
         let one = united(&known);
         assert!(images.is_by_frame() && !one.is_by_frame());
         // A stroke is on panel 1.

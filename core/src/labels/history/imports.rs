@@ -70,7 +70,7 @@ impl History {
                     None => classes.push(named.clone()),
                 },
                 None if classes.iter().any(has) => {}
-                None => classes.push(Class::new(id, format!("class {id}"))),
+                None => classes.push(Class::unnamed(id)),
             }
         }
         // Only now, so that no id is given that an image uses.
