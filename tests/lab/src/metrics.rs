@@ -75,7 +75,7 @@ pub struct Scores {
     pub average_accuracy: f64,
     /// Share of all pixels that is right.
     pub total_accuracy: f64,
-    /// [Boundary mIoU](Borders::miou); `None` where nothing tells which pixels are beside each other.
+    /// Boundary mIoU (Cheng et al. 2021); `None` where nothing tells which pixels are beside each other.
     pub boundary_miou: Option<f64>,
 }
 
