@@ -17,6 +17,7 @@ mod node_map;
 mod novel_view;
 mod object_votes;
 mod objects;
+mod own_image;
 mod places;
 mod posterior;
 mod prior_evaluation;

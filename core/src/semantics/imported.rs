@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::posterior::votes_weight;
+use super::votes::most_likely;
 use super::{CERTAIN, NodeVotes, ObjectVotes, Surface};
 use crate::labels::{ClassId, ImportedLabels, Label, LabelSet, ObjectId, VOID};
 
@@ -23,14 +24,19 @@ pub struct SurfaceImport {
     /// The classes and objects of the images.
     in_images: (BTreeSet<ClassId>, BTreeSet<ObjectId>),
     known: Known,
+    /// The images without what the label set lacks.
+    shown: Arc<ImportedLabels>,
     on_nodes: NodeAnswers,
-    sure: u16,
+    /// The class of each node by the images; void where they say none.
+    of_nodes: Vec<ClassId>,
+    /// The share of the votes that is random.
+    random_share: f32,
 }
 
 #[derive(Clone, Debug)]
 enum NodeAnswers {
-    /// The label of each node with trusted pixels, and the images without what the label set lacks.
-    Trusted(FxHashMap<u32, Label>, Arc<ImportedLabels>),
+    /// The label of each node with trusted pixels.
+    Trusted(FxHashMap<u32, Label>),
     /// Class probabilities `[nodes, classes]`, times the weight that follows from the trust, and the objects.
     Votes(Vec<f32>, Option<Arc<ObjectVotes>>),
 }
@@ -76,18 +82,25 @@ impl SurfaceImport {
         let in_images = (images.classes(), images.objects());
         let known = Known::new(&in_images, labels);
         let votes = NodeVotes::count(surface, &known.classes, &images);
-        let sure = SURE * (1.0 - LESS_IF_RANDOM * votes.random_share());
         let is_all = (known.classes.len(), known.objects.len()) == (in_images.0.len(), in_images.1.len());
         let shown = match is_all {
             true => Arc::clone(&images),
             false => Arc::new(images.relabelled(|label| known.label(label))),
         };
         let seeds = votes.majority_labels(surface, &shown);
+        let mut of_nodes = vec![VOID; surface.graph.len()];
         let on_nodes = if images.trust.is_right() {
-            NodeAnswers::Trusted(seeds, shown)
+            seeds
+                .iter()
+                .for_each(|(&node, label)| of_nodes[node as usize] = label.class);
+            NodeAnswers::Trusted(seeds)
         } else {
             let weight = votes_weight(images.trust);
             let mut probabilities = votes.probabilities(surface);
+            let rows = probabilities.chunks_exact(known.classes.len().max(1));
+            for (class, row) in of_nodes.iter_mut().zip(rows) {
+                *class = most_likely(&known.classes, row);
+            }
             probabilities.iter_mut().for_each(|share| *share *= weight);
             NodeAnswers::Votes(probabilities, ObjectVotes::new(surface, &seeds).map(Arc::new))
         };
@@ -95,8 +108,10 @@ impl SurfaceImport {
             images,
             in_images,
             known,
+            shown,
             on_nodes,
-            sure: (sure * f32::from(CERTAIN)) as u16,
+            of_nodes,
+            random_share: votes.random_share(),
         })
     }
 
@@ -107,22 +122,35 @@ impl SurfaceImport {
     }
 
     /// Confidence, in parts of [`CERTAIN`], from which pixels keep the class of their node where the image decides.
-    pub fn sure(&self) -> u16 {
-        self.sure
+    pub(super) fn sure(&self) -> u16 {
+        (SURE * (1.0 - LESS_IF_RANDOM * self.random_share) * f32::from(CERTAIN)) as u16
+    }
+
+    /// The share of the votes that is random, as far as it shows on the surface.
+    pub(super) fn random_share(&self) -> f32 {
+        self.random_share
+    }
+
+    /// The images, without what the label set lacks.
+    pub(super) fn images(&self) -> &ImportedLabels {
+        &self.shown
     }
 
     /// The images, where they are trusted.
-    pub fn trusted(&self) -> Option<&Arc<ImportedLabels>> {
-        match &self.on_nodes {
-            NodeAnswers::Trusted(_, shown) => Some(shown),
-            NodeAnswers::Votes(..) => None,
-        }
+    pub(super) fn trusted(&self) -> Option<&ImportedLabels> {
+        matches!(self.on_nodes, NodeAnswers::Trusted(..)).then_some(&self.shown)
+    }
+
+    /// Whether a node has a class that the images do not give it: strokes know better there.
+    pub(super) fn is_overruled(&self, node: u32, class: ClassId) -> bool {
+        let own = self.of_nodes.get(node as usize);
+        own.is_some_and(|&own| own != VOID && own != class)
     }
 
     /// The label of each node with trusted pixels.
     pub fn seeds(&self) -> impl Iterator<Item = (u32, Label)> + '_ {
         let seeds = match &self.on_nodes {
-            NodeAnswers::Trusted(seeds, _) => Some(seeds),
+            NodeAnswers::Trusted(seeds) => Some(seeds),
             NodeAnswers::Votes(..) => None,
         };
         seeds.into_iter().flatten().map(|(&node, &label)| (node, label))

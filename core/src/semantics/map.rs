@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::borders::nodes_at_borders;
 use super::posterior::NodeSummary;
 use super::superpixels::nodes_along_edges;
-use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceObjects};
-use crate::labels::{ClassId, ImportedLabels, ImportedMap, Label, ObjectId, Pixel, VOID};
+use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceImport, SurfaceObjects};
+use crate::labels::{ClassId, ImportedMap, Label, ObjectId, Pixel, VOID};
 use crate::scene::{Frame, Scene};
 
 /// Dense labels of one frame, row-major `[height, width]`.
@@ -76,10 +76,8 @@ pub(super) struct OnSurface {
     pub(super) posterior: Arc<Posterior>,
     /// Entropy where there is no node.
     pub(super) unknown: u16,
-    /// Confidence from which pixels keep the class of their node where the image decides; `None`: never.
-    pub(super) sure: Option<u16>,
-    /// Trusted label images: their pixels have their class for certain.
-    pub(super) trusted: Option<Arc<ImportedLabels>>,
+    /// Label images. Where they are trusted, their pixels have their class for certain.
+    pub(super) import: Option<Arc<SurfaceImport>>,
     /// Painted pixels and their labels, which they have for certain.
     pub(super) painted: Vec<(u32, Label)>,
 }
@@ -88,15 +86,16 @@ impl OnSurface {
     /// The node that every pixel of a frame takes its class from.
     fn nodes(&self, frame: usize) -> Vec<u32> {
         let shown = self.surface.nodes_of(frame).unpack();
-        let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
         let (number, frame) = (frame, &self.scene.frames[frame]);
         match frame.depth() {
-            Some(depth) if self.surface.is_sharp => nodes_at_borders(frame, depth, &shown, nodes, labels),
+            Some(depth) if self.surface.is_sharp => {
+                let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
+                nodes_at_borders(frame, depth, &shown, nodes, labels)
+            }
             _ => {
                 let superpixels = || self.surface.superpixels.of_frame(number, frame);
-                let confidence = &self.posterior.confidence;
-                let is_sure = |node| self.sure.is_some_and(|sure| confidence[node as usize] >= sure);
-                nodes_along_edges(frame, &shown, labels, is_sure, superpixels)
+                let import = self.import.as_deref();
+                nodes_along_edges((frame, number), &shown, &self.posterior, import, superpixels)
             }
         }
     }
@@ -152,7 +151,7 @@ impl OnSurface {
 
     /// The trusted image of a frame with this number of pixels.
     fn trusted(&self, frame: usize, pixels: usize) -> Option<&ImportedMap> {
-        let image = self.trusted.as_deref()?.of_frame(frame);
+        let image = self.import.as_deref()?.trusted()?.of_frame(frame);
         image.filter(|image| image.pixels() == pixels)
     }
 
@@ -471,8 +470,7 @@ mod tests {
             surface: Arc::new(surface),
             posterior: Arc::new(posterior),
             unknown,
-            sure: None,
-            trusted: None,
+            import: None,
             painted,
         };
         FrameMap::on_surface((0, 9), shown)

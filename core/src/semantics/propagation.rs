@@ -39,7 +39,7 @@ pub struct LabelPropagation {
     /// maps of before.
     prior: Option<PriorWeights>,
     /// The imported images, and the class weights that they give the nodes where they count as votes.
-    import: Option<SurfaceImport>,
+    import: Option<Arc<SurfaceImport>>,
     votes: Option<Vec<f32>>,
 }
 
@@ -172,7 +172,7 @@ impl LabelPropagation {
     /// Takes over imported images that have been propagated over this surface.
     pub fn set_import(&mut self, import: SurfaceImport) {
         self.votes = import.votes(&self.classes);
-        self.import = Some(import);
+        self.import = Some(Arc::new(import));
         let seeds = self.seeds();
         self.geodesics.update(&self.surface.graph, seeds);
         self.refresh();
@@ -207,7 +207,7 @@ impl LabelPropagation {
             geodesics: &self.geodesics,
             likeness: self.looks_count().then_some(&self.likeness),
             votes: self.votes.as_deref(),
-            objects: self.import.as_ref().and_then(SurfaceImport::objects),
+            objects: self.import.as_deref().and_then(SurfaceImport::objects),
             prior: self.prior.as_ref().and_then(|prior| prior.on(&self.classes)),
         }
     }
@@ -227,8 +227,7 @@ impl LabelPropagation {
             surface: Arc::clone(&self.surface),
             posterior,
             unknown,
-            sure: self.import.as_ref().map(SurfaceImport::sure),
-            trusted: self.import.as_ref().and_then(|import| import.trusted()).cloned(),
+            import: self.import.clone(),
             painted: painted.map(|(&pixel, &said)| (pixel, self.label(said))).collect(),
         }
     }
@@ -322,7 +321,7 @@ impl LabelPropagation {
             imported: self
                 .import
                 .iter()
-                .flat_map(SurfaceImport::seeds)
+                .flat_map(|import| import.seeds())
                 .map(|(node, label)| (node, label.class))
                 .collect(),
             votes: self.votes.clone(),
@@ -374,7 +373,7 @@ impl LabelPropagation {
                 *entry = (class, stroke);
             }
         }
-        let imported = self.import.iter().flat_map(SurfaceImport::seeds);
+        let imported = self.import.iter().flat_map(|import| import.seeds());
         let mut seeds: FxHashMap<u32, Label> = imported.collect();
         for (node, said) in latest {
             let label = self.label(said);

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::NO_NODE;
+use super::own_image::nodes_by_own_image;
 use super::segments::segments;
+use super::{NO_NODE, Posterior, SurfaceImport};
 use crate::labels::{ClassId, VOID};
-use crate::scene::{Cache, Camera, Frame};
+use crate::scene::{Cache, Camera, Frame, ImageEdges};
 
 /// Most pixels in which superpixels are looked for; larger images are reduced by a whole number.
 const MOST_PIXELS: usize = 160_000;
@@ -48,23 +49,27 @@ impl Superpixels {
     }
 }
 
-/// The node that every pixel of a frame takes its class from, row-major, [`NO_NODE`] where there is none;
-/// `shown` are those that the pixels show, and `labels` the classes of the nodes; `superpixels` gives the frame's
-/// superpixels ([`superpixels_of`]).
+/// The node that every pixel of a frame with this number takes its class from, row-major, [`NO_NODE`] where there is none;
+/// `shown` are those that the pixels show; `superpixels` gives the frame's superpixels ([`superpixels_of`]).
 ///
 /// Depth by stereo or from the field is off by some pixels at the edges of things, and so are borders that are looked up
 /// along it. Near borders each superpixel (Felzenszwalb and Huttenlocher 2004) takes the class that most of its pixels show, then the
 /// borders are flooded from inside the classes, the smallest gradient first (watershed; Meyer 1994). Pixels whose class
-/// stays the same keep their node, others take that of a pixel beside them with the new class. A node that `is_sure` of
-/// its class keeps its pixels.
+/// stays the same keep their node, others take that of a pixel beside them with the new class. Where there are label
+/// images, nodes that are sure of their class keep their pixels, and a frame's own image may know better
+/// ([`nodes_by_own_image`]): it does if its borders lie where the colours differ more.
 pub(super) fn nodes_along_edges(
-    frame: &Frame,
+    (frame, number): (&Frame, usize),
     shown: &[u32],
-    labels: &[ClassId],
-    is_sure: impl Fn(u32) -> bool,
+    posterior: &Posterior,
+    import: Option<&SurfaceImport>,
     superpixels: impl FnOnce() -> Arc<Vec<u32>>,
 ) -> Vec<u32> {
-    let class = |node: u32| labels.get(node as usize).copied().unwrap_or(VOID);
+    let class = |node: u32| posterior.labels.get(node as usize).copied().unwrap_or(VOID);
+    let from = |least: Option<u16>| {
+        move |node: u32| least.is_some_and(|least| posterior.confidence[node as usize] >= least)
+    };
+    let mut is_sure = from(import.map(SurfaceImport::sure));
     let mut known = shown
         .iter()
         .filter(|&&node| node != NO_NODE)
@@ -73,9 +78,11 @@ pub(super) fn nodes_along_edges(
     if known.all(|class| Some(class) == first) {
         return shown.to_vec();
     }
-    let (stride, camera, colors) = reduced(frame);
+    let (stride, camera, means) = reduced(frame);
+    let colors: Vec<Vec3> = means.iter().copied().map(Vec3::from).collect();
     let middle = |index| shown[frame.camera.middle_of_reduced(stride, index)];
-    let mut nodes: Vec<u32> = (0..camera.pixels()).map(middle).collect();
+    let looked_up: Vec<u32> = (0..camera.pixels()).map(middle).collect();
+    let mut nodes = looked_up.clone();
     vote(&camera, &superpixels(), &mut nodes, class, &is_sure);
     flood(
         &camera,
@@ -85,6 +92,15 @@ pub(super) fn nodes_along_edges(
         &is_sure,
         REACH,
     );
+    if let Some(import) = import {
+        let edges = ImageEdges::new(&means, camera.width as usize);
+        let at_borders = |nodes: &[u32]| edges.mean_at(|a, b| class(nodes[a]) != class(nodes[b]));
+        let own = nodes_by_own_image((frame, number, stride), &edges, &looked_up, posterior, import);
+        if let Some(own) = own.filter(|own| at_borders(own) > at_borders(&nodes)) {
+            nodes = own;
+            is_sure = from(None);
+        }
+    }
     if stride == 1 {
         return nodes;
     }
@@ -109,16 +125,19 @@ fn reduction(pixels: usize) -> u32 {
 }
 
 /// By how much a frame is reduced for its superpixels, its camera then, and its colours in 8-bit steps.
-fn reduced(frame: &Frame) -> (u32, Camera, Vec<Vec3>) {
+fn reduced(frame: &Frame) -> (u32, Camera, Vec<[f32; 3]>) {
     let stride = reduction(frame.camera.pixels());
-    let colors = frame.color().reduced(stride);
-    let colors = colors.into_iter().map(Vec3::from).collect();
-    (stride, frame.camera.reduced(stride), colors)
+    (
+        stride,
+        frame.camera.reduced(stride),
+        frame.color().reduced(stride),
+    )
 }
 
 /// The superpixel of every pixel of a frame's image, which is reduced to at most [`MOST_PIXELS`], counted from 0.
 pub(super) fn superpixels_of(frame: &Frame) -> Vec<u32> {
-    let (_, camera, colors) = reduced(frame);
+    let (_, camera, means) = reduced(frame);
+    let colors: Vec<Vec3> = means.into_iter().map(Vec3::from).collect();
     superpixels(&camera, &smoothed(&camera, &colors))
 }
 
@@ -316,8 +335,11 @@ fn window_maxima(camera: &Camera, values: &[u32], reach: usize) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::{Class, ImportedLabels, ImportedMap, LabelSet, Trust};
     use crate::scene::testing::wall;
     use crate::scene::{ColorImage, Scene};
+    use crate::semantics::testing::{loose, node};
+    use crate::semantics::{CERTAIN, NodeMap, Surface};
 
     /// One frame of this size without depth, with these grey values by (column, row).
     fn scene([width, height]: [u32; 2], gray: impl Fn(u32, u32) -> u8) -> Scene {
@@ -330,14 +352,44 @@ mod tests {
     }
 
     fn along_edges(scene: &Scene, shown: &[u32], labels: &[ClassId]) -> Vec<u32> {
+        with_images(scene, shown, labels, None)
+    }
+
+    /// The same with label images, which the surface may follow or not.
+    fn with_images(
+        scene: &Scene,
+        shown: &[u32],
+        labels: &[ClassId],
+        import: Option<&SurfaceImport>,
+    ) -> Vec<u32> {
         let frame = &scene.frames[0];
-        nodes_along_edges(
-            frame,
-            shown,
-            labels,
-            |_| false,
-            || Arc::new(superpixels_of(frame)),
-        )
+        let posterior = Posterior {
+            labels: labels.to_vec(),
+            confidence: vec![CERTAIN; labels.len()],
+            ..Posterior::default()
+        };
+        let superpixels = || Arc::new(superpixels_of(frame));
+        nodes_along_edges((frame, 0), shown, &posterior, import, superpixels)
+    }
+
+    /// A label image of the frame as votes, on a surface that shows these nodes.
+    fn voted(scene: &Scene, shown: &[u32], said: &[ClassId]) -> SurfaceImport {
+        let width = scene.frames[0].camera.width as usize;
+        let nodes = (0..=shown.iter().max().copied().unwrap()).map(|k| node(k as f32 * Vec3::X));
+        let surface = Surface {
+            pixels: vec![Arc::new(NodeMap::pack(width, shown))],
+            ..loose(nodes.collect(), 0.1)
+        };
+        let images = ImportedLabels {
+            maps: vec![ImportedMap::new(0, said)],
+            trust: Trust::VOTES,
+        };
+        let labels = LabelSet {
+            classes: [4, 5].map(|id| Class::new(id, id.to_string())).into(),
+            imported: Some(Arc::new(images)),
+            ..LabelSet::default()
+        };
+        SurfaceImport::new(&surface, &labels).unwrap()
     }
 
     #[test]
@@ -356,19 +408,52 @@ mod tests {
     }
 
     #[test]
-    fn a_node_that_is_sure_keeps_its_pixels() {
+    fn a_node_that_label_images_are_sure_of_keeps_its_pixels() {
         for (size, edge, off) in [([60, 40], 29, 6), ([600, 300], 301, 12)] {
             let scene = scene(size, |column, _| if column < edge { 60 } else { 90 });
-            let frame = &scene.frames[0];
-            let border = edge + off;
-            let shown: Vec<u32> = (0..size[0] * size[1])
-                .map(|pixel| u32::from(pixel % size[0] >= border))
+            let columns = |border: u32| (0..size[0] * size[1]).map(move |pixel| pixel % size[0] >= border);
+            let shown: Vec<u32> = columns(edge + off).map(u32::from).collect();
+            // They say the same as the surface, so that the frame's own one is no nearer to the edge.
+            let said: Vec<ClassId> = columns(edge + off)
+                .map(|right| 4 + ClassId::from(right))
                 .collect();
-            let superpixels = || Arc::new(superpixels_of(frame));
-            let nodes = nodes_along_edges(frame, &shown, &[4, 5], |node| node == 0, superpixels);
-            let kept = |(&before, after): (&u32, u32)| before == 1 || after == 0;
-            assert!(shown.iter().zip(nodes).all(kept), "{size:?}");
+            let nodes = with_images(&scene, &shown, &[4, 5], Some(&voted(&scene, &shown, &said)));
+            assert!(nodes == shown, "{size:?}");
         }
+    }
+
+    #[test]
+    fn a_frames_own_label_image_places_its_borders_however_noisy_unless_strokes_say_otherwise() {
+        for (size, edge, off) in [([60, 40], 29, 6), ([600, 300], 301, 14)] {
+            let scene = scene(size, |column, _| if column < edge { 60 } else { 66 });
+            let columns = |border: u32| (0..size[0] * size[1]).map(move |pixel| pixel % size[0] >= border);
+            let shown: Vec<u32> = columns(edge + off).map(u32::from).collect();
+            // Every third pixel says the other class.
+            let noisy = columns(edge)
+                .zip(0_u32..)
+                .map(|(right, pixel)| right ^ (pixel * 7 % 9 < 3));
+            let said: Vec<ClassId> = noisy.map(|right| 4 + ClassId::from(right)).collect();
+            let import = voted(&scene, &shown, &said);
+            let nodes = with_images(&scene, &shown, &[4, 5], Some(&import));
+            let wrong = nodes
+                .iter()
+                .zip(columns(edge))
+                .filter(|(node, right)| **node != u32::from(*right));
+            assert!(wrong.count() < nodes.len() / 100, "{size:?}");
+            // Strokes have made both sides what the other one is in the image.
+            assert_eq!(with_images(&scene, &shown, &[5, 4], Some(&import)), shown);
+        }
+    }
+
+    #[test]
+    fn a_coarse_label_image_moves_no_borders() {
+        let size = [60, 40];
+        let scene = scene(size, |column, _| if column < 29 { 60 } else { 90 });
+        let columns = |border: u32| (0..size[0] * size[1]).map(move |pixel| pixel % size[0] >= border);
+        let shown: Vec<u32> = columns(31).map(u32::from).collect();
+        let said: Vec<ClassId> = columns(24).map(|right| 4 + ClassId::from(right)).collect();
+        let import = voted(&scene, &shown, &said);
+        assert_eq!(with_images(&scene, &shown, &[4, 5], Some(&import)), shown);
     }
 
     #[test]

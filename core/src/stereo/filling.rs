@@ -2,16 +2,10 @@
 
 use super::view::View;
 use crate::lanes::{Dispatch, F32x16, LANES, VectorUnit, dispatched};
+use crate::scene::PassWeights;
 
 /// How far pixels speak for others, in pixels, and how much such a distance counts: what is near rules where there is any.
 const SCALES: [(f32, f32); 4] = [(3.0, 1.0), (10.0, 0.05), (35.0, 2e-3), (140.0, 1e-5)];
-/// Colour distance that counts as much as the whole of a scale, in half 8-bit steps.
-const COLOR: f32 = 16.0;
-/// The most that a step across an edge of colour counts, in such units: what lies behind many edges is known, too, if
-/// nothing nearer is.
-const EDGE: f32 = 4.0;
-/// Passes along rows and columns (Gastal and Oliveira 2011).
-const PASSES: i32 = 2;
 /// Share of the depth beyond which a seed contradicts its surroundings.
 const OUTLIER: f32 = 0.03;
 /// Squared pixels by which the spread of seeds must exceed none before a slope is believed.
@@ -29,8 +23,7 @@ pub struct Seed {
 pub struct Workspace {
     moments: Vec<F32x16>,
     total: Vec<F32x16>,
-    across: Vec<f32>,
-    down: Vec<f32>,
+    weights: PassWeights,
 }
 
 /// The inverse depth of every pixel by the planes of the seeds around it, at least `farthest`; 0 where there are none.
@@ -61,8 +54,7 @@ fn planes(view: &View, seeds: &[Seed], workspace: &mut Workspace) -> Vec<f32> {
     let Workspace {
         moments,
         total,
-        across,
-        down,
+        weights,
     } = workspace;
     total.clear();
     total.resize(seeds.len(), F32x16::ZERO);
@@ -75,20 +67,7 @@ fn planes(view: &View, seeds: &[Seed], workspace: &mut Workspace) -> Vec<f32> {
                 .enumerate()
                 .map(|(index, seed)| moments_of(index, width, *seed)),
         );
-        let mut gain = share;
-        for pass in 0..PASSES {
-            let sigma = scale * 3.0_f32.sqrt() * 2.0_f32.powi(PASSES - 1 - pass)
-                / (4.0_f32.powi(PASSES) - 1.0).sqrt();
-            let rate = 2.0_f32.sqrt() / sigma;
-            // The sum of the weights along a row, and along a column, is about one.
-            gain *= (1.0 - (-rate).exp()).powi(4);
-            let weight = |&step: &u8| (-rate - 2.0_f32.sqrt() * (f32::from(step) / COLOR).min(EDGE)).exp();
-            across.clear();
-            across.extend(view.across.iter().map(weight));
-            down.clear();
-            down.extend(view.down.iter().map(weight));
-            smooth(dispatch, moments, across, down, width);
-        }
+        let gain = share * view.edges.sum_around(moments, scale, weights);
         add(dispatch, moments, gain, total);
     }
     let solved = total.iter().enumerate();
@@ -139,45 +118,6 @@ fn solve(moments: &[f32; LANES], index: usize, width: usize) -> f32 {
 }
 
 dispatched! {
-    /// Sums along rows and columns, both ways; the weight of a pixel for the next is in `across` and `down`.
-    fn smooth = smooth_on(moments: &mut [F32x16], across: &[f32], down: &[f32], width: usize)
-}
-
-#[inline(always)]
-fn smooth_on<U: VectorUnit>(unit: U, moments: &mut [F32x16], across: &[f32], down: &[f32], width: usize) {
-    for (row, across) in moments.chunks_exact_mut(width).zip(across.chunks_exact(width)) {
-        for k in 1..width {
-            let (before, rest) = row.split_at_mut(k);
-            accumulate(unit, &before[k - 1], across[k - 1], &mut rest[0]);
-        }
-        for k in (1..width).rev() {
-            let (before, rest) = row.split_at_mut(k);
-            accumulate(unit, &rest[0], across[k - 1], &mut before[k - 1]);
-        }
-    }
-    for start in (width..moments.len()).step_by(width) {
-        let (above, rest) = moments.split_at_mut(start);
-        let (above, own) = (&above[start - width..], &mut rest[..width]);
-        for k in 0..width {
-            accumulate(unit, &above[k], down[start - width + k], &mut own[k]);
-        }
-    }
-    for start in (width..moments.len()).step_by(width).rev() {
-        let (above, rest) = moments.split_at_mut(start);
-        let (above, own) = (&mut above[start - width..], &rest[..width]);
-        for k in 0..width {
-            accumulate(unit, &own[k], down[start - width + k], &mut above[k]);
-        }
-    }
-}
-
-#[inline(always)]
-fn accumulate<U: VectorUnit>(unit: U, from: &F32x16, weight: f32, into: &mut F32x16) {
-    let sum = unit.mul_add(unit.load(from), unit.splat_f32s(weight), unit.load(into));
-    unit.store(sum, into);
-}
-
-dispatched! {
     /// Adds a multiple.
     fn add = add_on(moments: &[F32x16], factor: f32, into: &mut [F32x16])
 }
@@ -185,6 +125,7 @@ dispatched! {
 #[inline(always)]
 fn add_on<U: VectorUnit>(unit: U, moments: &[F32x16], factor: f32, into: &mut [F32x16]) {
     for (moments, into) in moments.iter().zip(into) {
-        accumulate(unit, moments, factor, into);
+        let sum = unit.mul_add(unit.load(moments), unit.splat_f32s(factor), unit.load(into));
+        unit.store(sum, into);
     }
 }

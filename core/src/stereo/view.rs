@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Vec3};
 
-use crate::scene::{Camera, ColorImage, Frame};
+use crate::scene::{Camera, ColorImage, Frame, ImageEdges};
 
 /// Steps of [`View::grey`] in one of an 8-bit image.
 const STEPS: f32 = 64.0;
@@ -16,10 +16,7 @@ pub struct View {
     pub center: Vec3,
     /// Means of the pixels' luma, in 64ths of an 8-bit step, row-major `[height, width]`.
     grey: Vec<u16>,
-    /// Colour distance of each pixel to the next in its row, and to the one below: the mean of the channels', in
-    /// half 8-bit steps, at most 255.
-    pub across: Vec<u8>,
-    pub down: Vec<u8>,
+    pub edges: ImageEdges,
     /// The pixels that show a part of the scene; `None` where all do.
     valid: Option<Vec<bool>>,
 }
@@ -28,28 +25,9 @@ impl View {
     /// The frame at 1/`stride` of its resolution.
     pub fn new(frame: &Frame, color: &ColorImage, stride: u32) -> Self {
         let camera = frame.camera.reduced(stride);
-        let width = camera.width as usize;
         let means = color.reduced(stride);
         let luma = |[r, g, b]: &[f32; 3]| (STEPS * (0.299 * r + 0.587 * g + 0.114 * b)) as u16;
-        let step = |from: usize, to: usize| {
-            let apart: f32 = (0..3).map(|c| (means[from][c] - means[to][c]).abs()).sum();
-            (apart * (2.0 / 3.0)).min(255.0) as u8
-        };
         let pixels = 0..camera.pixels();
-        let right = |at: usize| {
-            if (at + 1).is_multiple_of(width) {
-                at
-            } else {
-                at + 1
-            }
-        };
-        let below = |at: usize| {
-            if at + width < camera.pixels() {
-                at + width
-            } else {
-                at
-            }
-        };
         let is_valid = |at: usize| frame.shows(color, frame.camera.middle_of_reduced(stride, at));
         Self {
             stride,
@@ -57,8 +35,7 @@ impl View {
             rotation: frame.camera_to_world.matrix3.into(),
             center: frame.center(),
             grey: means.iter().map(luma).collect(),
-            across: pixels.clone().map(|at| step(at, right(at))).collect(),
-            down: pixels.clone().map(|at| step(at, below(at))).collect(),
+            edges: ImageEdges::new(&means, camera.width as usize),
             valid: (!frame.is_whole()).then(|| pixels.map(is_valid).collect()),
         }
     }
