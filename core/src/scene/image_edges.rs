@@ -9,6 +9,9 @@ const COLOR: f32 = 16.0;
 const EDGE: f32 = 4.0;
 /// Passes along rows and columns.
 const PASSES: i32 = 2;
+/// Colour distance by which a step to the next pixel is as long as the whole of a scale, in half 8-bit steps, for sums of
+/// the nearest.
+const COLOR_OF_NEAREST: f32 = 34.0;
 
 /// Colour distance of each pixel to the next in its row, and to the one below: the mean of the channels', in half 8-bit
 /// steps, at most 255; row-major `[height, width]`.
@@ -52,21 +55,41 @@ impl ImageEdges {
     /// filters, Gastal and Oliveira 2011). Where there are no edges, the weights add up to about one over the factor
     /// that is returned.
     pub(crate) fn sum_around(&self, values: &mut [F32x16], scale: f32, weights: &mut PassWeights) -> f32 {
-        let PassWeights { across, down } = weights;
         let mut factor = 1.0;
         for pass in 0..PASSES {
-            let sigma = scale * 3.0_f32.sqrt() * 2.0_f32.powi(PASSES - 1 - pass)
-                / (4.0_f32.powi(PASSES) - 1.0).sqrt();
-            let rate = 2.0_f32.sqrt() / sigma;
+            let rate = rate(scale, pass);
             factor *= (1.0 - (-rate).exp()).powi(4);
-            let weight = |&step: &u8| (-rate - 2.0_f32.sqrt() * (f32::from(step) / COLOR).min(EDGE)).exp();
-            across.clear();
-            across.extend(self.across.iter().map(weight));
-            down.clear();
-            down.extend(self.down.iter().map(weight));
+            weights.fill(self, |step| {
+                (-rate - 2.0_f32.sqrt() * (step / COLOR).min(EDGE)).exp()
+            });
+            let PassWeights { across, down } = &*weights;
             smooth(Dispatch::detect(), values, across, down, self.width);
         }
         factor
+    }
+
+    /// The same with weights that fall exponentially from the pixel itself on, so that the nearest rule; what lies behind
+    /// an edge does not count at all.
+    pub(crate) fn sum_nearest(&self, values: &mut [F32x16], scale: f32, weights: &mut PassWeights) {
+        let mut before = Vec::with_capacity(values.len());
+        for pass in 0..PASSES {
+            let rate = rate(scale, pass);
+            weights.fill(self, |step| {
+                (-rate * (1.0 + scale * step / COLOR_OF_NEAREST)).exp()
+            });
+            let PassWeights { across, down } = &*weights;
+            before.clear();
+            before.extend_from_slice(values);
+            let rows = values.chunks_exact_mut(self.width);
+            let rows = rows
+                .zip(before.chunks_exact(self.width))
+                .zip(across.chunks_exact(self.width));
+            for ((row, before), across) in rows {
+                both_ways(Dispatch::detect(), row, before, across, 1);
+            }
+            before.copy_from_slice(values);
+            both_ways(Dispatch::detect(), values, &before, down, self.width);
+        }
     }
 
     /// Mean colour distance of the neighbours in rows and columns between which a border runs; `None` where there is none.
@@ -83,6 +106,55 @@ impl ImageEdges {
             }
         }
         (count > 0).then(|| sum as f32 / count as f32)
+    }
+}
+
+impl PassWeights {
+    /// Computes each from the colour distance to the next pixel.
+    fn fill(&mut self, edges: &ImageEdges, weight: impl Fn(f32) -> f32) {
+        // A step has one of 256 values.
+        let table: Vec<f32> = (0..=u8::MAX).map(|step| weight(step.into())).collect();
+        let weights = |steps: &[u8], into: &mut Vec<f32>| {
+            into.clear();
+            into.extend(steps.iter().map(|&step| table[usize::from(step)]));
+        };
+        weights(&edges.across, &mut self.across);
+        weights(&edges.down, &mut self.down);
+    }
+}
+
+/// How fast weights fall in a pass, per pixel: those of all passes together spread by `scale` pixels.
+fn rate(scale: f32, pass: i32) -> f32 {
+    let sigma =
+        scale * 3.0_f32.sqrt() * 2.0_f32.powi(PASSES - 1 - pass) / (4.0_f32.powi(PASSES) - 1.0).sqrt();
+    2.0_f32.sqrt() / sigma
+}
+
+dispatched! {
+    /// Sums along lines of values that lie `apart` from each other, both ways from each; `before` is a copy of them, and
+    /// `weights` has that of a value for the next.
+    fn both_ways = both_ways_on(values: &mut [F32x16], before: &[F32x16], weights: &[f32], apart: usize)
+}
+
+#[inline(always)]
+fn both_ways_on<U: VectorUnit>(
+    unit: U,
+    values: &mut [F32x16],
+    before: &[F32x16],
+    weights: &[f32],
+    apart: usize,
+) {
+    for k in apart..values.len() {
+        let (done, rest) = values.split_at_mut(k);
+        accumulate(unit, &done[k - apart], weights[k - apart], &mut rest[0]);
+    }
+    let mut after = vec![F32x16::ZERO; apart];
+    for k in (0..values.len() - apart).rev() {
+        let after = &mut after[k % apart];
+        let mut sum = before[k + apart];
+        accumulate(unit, after, weights[k + apart], &mut sum);
+        *after = sum;
+        accumulate(unit, after, weights[k], &mut values[k]);
     }
 }
 

@@ -132,7 +132,7 @@ impl SurfaceImport {
     }
 
     /// The images, without what the label set lacks.
-    pub(super) fn images(&self) -> &ImportedLabels {
+    pub(super) fn shown(&self) -> &ImportedLabels {
         &self.shown
     }
 

@@ -3,23 +3,26 @@
 //! On the surface all label images are one, and the errors of each vanish. Their borders do, too, where depth is off by
 //! some pixels. The frame's own image has them where they are.
 
+use std::ops::Range;
+
 use super::{CERTAIN, NO_NODE, Posterior, SurfaceImport};
 use crate::labels::{ClassId, VOID};
 use crate::lanes::{F32x16, LANES};
 use crate::scene::{Frame, ImageEdges, PassWeights};
 
-/// What the surface says of a pixel, when it is certain, as a share of what a label that is right says of it.
+/// What the surface says of a pixel, when it is certain, as a share of what labels say of it where all pixels have one; it
+/// counts the more the farther they are apart.
 const SURFACE: f32 = 1.0 / 6.0;
 /// How far pixels speak for others: this many times the distance of the right labels from each other, and at least so
-/// many pixels.
-const SPACINGS: f32 = 0.6;
-const NARROWEST: f32 = 2.0;
+/// many pixels. Where that would be more than the most, the surface knows better.
+const SPACINGS: f32 = 0.75;
+const PIXELS: (f32, f32) = (2.0, 16.0);
 /// How far a pixel may be from where the surface has its class, in pixels: beyond, the image is wrong.
 const MOST_OFF: usize = 8;
 
 /// The node that every pixel takes its class from by a frame's own label image, [`NO_NODE`] where there is none; `nodes`
 /// are those that the pixels show, at the size of `edges`, which is the frame's reduced by `stride`. `None` where the
-/// image says nothing.
+/// image says too little.
 ///
 /// Of the classes that the surface has nearby, a pixel takes the one that most is said for around it, up to the edges of
 /// the image: by labels, the more the fewer there are, and a little by the surface. Where strokes have overruled the
@@ -31,24 +34,21 @@ pub(super) fn nodes_by_own_image(
     posterior: &Posterior,
     import: &SurfaceImport,
 ) -> Option<Vec<u32>> {
-    let image = import.images().of_frame(number)?;
-    let said = image.labels();
+    let said = import.shown().of_frame(number)?.labels();
     let labelled = said.iter().filter(|&&class| class != VOID).count();
-    if labelled == 0 || said.len() != frame.camera.pixels() {
+    let per_pixel = labelled as f32 / nodes.len() as f32;
+    let right = per_pixel.sqrt() * (1.0 - import.random_share());
+    let scale = (SPACINGS / right).max(PIXELS.0);
+    let of_surface = SURFACE / per_pixel.sqrt();
+    // Neither is true of what is not a number.
+    if said.len() != frame.camera.pixels() || !(scale <= PIXELS.1) {
         return None;
     }
     let class = |node: u32| posterior.labels.get(node as usize).copied().unwrap_or(VOID);
     let is_overruled = |node: u32| import.is_overruled(node, class(node));
-    let per_pixel = labelled as f32 / nodes.len() as f32;
-    let right = (1.0 - import.random_share()).max(1e-3);
-    let scale = (SPACINGS / (per_pixel.sqrt() * right)).max(NARROWEST);
-    let of_surface = SURFACE / right;
-    let (width, height) = (edges.width(), nodes.len() / edges.width());
+    let (width, full_width) = (edges.width(), frame.camera.width as usize);
     let reduced = |pixel: usize| {
-        let [column, row] = [
-            pixel % frame.camera.width as usize,
-            pixel / frame.camera.width as usize,
-        ];
+        let (column, row) = (pixel % full_width, pixel / full_width);
         row / stride as usize * width + column / stride as usize
     };
     let mut classes: Vec<ClassId> = nodes.iter().map(|&node| class(node)).collect();
@@ -67,7 +67,7 @@ pub(super) fn nodes_by_own_image(
                 near[at] = 1 << place;
                 values[at].0[place] = match is_overruled(node) {
                     true => 1.0,
-                    false => SURFACE * f32::from(posterior.confidence[node as usize]) / f32::from(CERTAIN),
+                    false => of_surface * f32::from(posterior.confidence[node as usize]) / f32::from(CERTAIN),
                 };
             }
         }
@@ -79,8 +79,8 @@ pub(super) fn nodes_by_own_image(
                 values[at].0[place] += 1.0 / per_pixel;
             }
         }
-        edges.sum_around(&mut values, scale, &mut weights);
-        let near = widened(&near, width, MOST_OFF);
+        edges.sum_nearest(&mut values, scale, &mut weights);
+        let near = widened(&near, width);
         for ((best, values), near) in best.iter_mut().zip(&values).zip(near) {
             for (place, &value) in values.0.iter().enumerate() {
                 if near & (1 << place) != 0 && value > best.0 {
@@ -89,32 +89,29 @@ pub(super) fn nodes_by_own_image(
             }
         }
     }
-    let nearest = |at: usize, wanted: ClassId| {
-        let (column, row) = (at % width, at / width);
-        let of_row = |y: usize| {
-            let columns = column.saturating_sub(MOST_OFF)..(column + MOST_OFF + 1).min(width);
-            columns.map(move |x| (x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2), y * width + x))
-        };
-        let rows = row.saturating_sub(MOST_OFF)..(row + MOST_OFF + 1).min(height);
-        let around = rows
-            .flat_map(of_row)
-            .filter(|&(_, at)| class(nodes[at]) == wanted);
-        around.min().map(|(_, at)| nodes[at])
-    };
     let chosen = best.iter().zip(nodes).enumerate();
     let chosen = chosen.map(
         |(at, (&(_, best), &node))| match best == class(node) || node == NO_NODE {
             true => node,
-            false => nearest(at, best).unwrap_or(node),
+            false => nearest(nodes, width, at, &|other| class(other) == best).unwrap_or(node),
         },
     );
     Some(chosen.collect())
 }
 
-/// The bits that any pixel has in the window around each, `reach` pixels to each side.
-fn widened(bits: &[u16], width: usize, reach: usize) -> Vec<u16> {
-    let window = |at: usize, size: usize| at.saturating_sub(reach)..(at + reach + 1).min(size);
-    let any = |row: &[u16], column: usize| row[window(column, width)].iter().fold(0, |all, own| all | own);
+/// The nearest node with something, as seen from a pixel.
+fn nearest(nodes: &[u32], width: usize, at: usize, has: &dyn Fn(u32) -> bool) -> Option<u32> {
+    let (column, row) = (at % width, at / width);
+    let squared = |x: usize, y: usize| x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2);
+    let of_row = |y: usize| around(column, width).map(move |x| (squared(x, y), y * width + x));
+    let all = around(row, nodes.len() / width).flat_map(of_row);
+    let nearest = all.filter(|&(_, other)| has(nodes[other])).min();
+    nearest.map(|(_, other)| nodes[other])
+}
+
+/// The bits that any pixel near each has.
+fn widened(bits: &[u16], width: usize) -> Vec<u16> {
+    let any = |row: &[u16], column: usize| row[around(column, width)].iter().fold(0, |all, own| all | own);
     let rows: Vec<u16> = bits
         .chunks_exact(width)
         .flat_map(|row| (0..width).map(move |column| any(row, column)))
@@ -122,11 +119,16 @@ fn widened(bits: &[u16], width: usize, reach: usize) -> Vec<u16> {
     let height = bits.len() / width;
     let mut all = vec![0; bits.len()];
     for row in 0..height {
-        for other in window(row, height) {
+        for other in around(row, height) {
             for column in 0..width {
                 all[row * width + column] |= rows[other * width + column];
             }
         }
     }
     all
+}
+
+/// The rows or columns, of so many, that are near one.
+fn around(at: usize, count: usize) -> Range<usize> {
+    at.saturating_sub(MOST_OFF)..(at + MOST_OFF + 1).min(count)
 }

@@ -81,21 +81,13 @@ pub(super) fn nodes_along_edges(
     let (stride, camera, means) = reduced(frame);
     let colors: Vec<Vec3> = means.iter().copied().map(Vec3::from).collect();
     let middle = |index| shown[frame.camera.middle_of_reduced(stride, index)];
-    let looked_up: Vec<u32> = (0..camera.pixels()).map(middle).collect();
-    let mut nodes = looked_up.clone();
-    vote(&camera, &superpixels(), &mut nodes, class, &is_sure);
-    flood(
-        &camera,
-        &|index| colors[index],
-        &mut nodes,
-        class,
-        &is_sure,
-        REACH,
-    );
+    let mut nodes: Vec<u32> = (0..camera.pixels()).map(middle).collect();
+    vote(&camera, &superpixels(), &mut nodes, class, is_sure);
+    flood(&camera, &|index| colors[index], &mut nodes, class, is_sure, REACH);
     if let Some(import) = import {
         let edges = ImageEdges::new(&means, camera.width as usize);
         let at_borders = |nodes: &[u32]| edges.mean_at(|a, b| class(nodes[a]) != class(nodes[b]));
-        let own = nodes_by_own_image((frame, number, stride), &edges, &looked_up, posterior, import);
+        let own = nodes_by_own_image((frame, number, stride), &edges, &nodes, posterior, import);
         if let Some(own) = own.filter(|own| at_borders(own) > at_borders(&nodes)) {
             nodes = own;
             is_sure = from(None);
@@ -115,7 +107,7 @@ pub(super) fn nodes_along_edges(
     }
     let image = frame.color();
     let color = |index| 255.0 * image.color(index);
-    flood(&frame.camera, &color, &mut full, class, &is_sure, stride);
+    flood(&frame.camera, &color, &mut full, class, is_sure, stride);
     full
 }
 
