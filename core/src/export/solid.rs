@@ -174,7 +174,7 @@ mod tests {
     use glam::{DVec3, Vec3};
 
     use super::*;
-    use crate::export::testing::{self, export_all};
+    use crate::export::testing::{self, export_all, labelled_scene};
     use crate::export::tests::distant_wall;
     use crate::export::{Format, IdMap};
     use crate::scene::Scene;
@@ -306,13 +306,7 @@ mod tests {
             (&listed, go_on, "surface of the scene is not known"),
             (&labelled.maps, stop, "cancelled after 0 of 5"),
         ] {
-            let scene = LabelledScene {
-                scene: &labelled.scene,
-                classes: &labelled.classes,
-                objects: &[],
-                parts: &[],
-                maps,
-            };
+            let scene = labelled_scene(&labelled.scene, &labelled.classes, maps);
             for solid in [Solid::Cloud, Solid::Mesh] {
                 let error = write(solid, &out, scene, &Options::default(), &|_, _| answer).unwrap_err();
                 assert!(error.to_string().contains(reason), "{error}");

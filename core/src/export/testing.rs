@@ -88,6 +88,21 @@ pub(super) fn maps(size: [u32; 2], labels: &[Vec<ClassId>]) -> Vec<Arc<FrameMap>
     labels.iter().enumerate().map(map).collect()
 }
 
+/// A scene with maps and without objects.
+pub(super) fn labelled_scene<'a>(
+    scene: &'a Scene,
+    classes: &'a [Class],
+    maps: &'a [Arc<FrameMap>],
+) -> LabelledScene<'a> {
+    LabelledScene {
+        scene,
+        classes,
+        objects: &[],
+        parts: &[],
+        maps,
+    }
+}
+
 /// Exports to the end.
 pub(super) fn export_all(
     folder: &Path,
@@ -96,13 +111,7 @@ pub(super) fn export_all(
     maps: &[Arc<FrameMap>],
     (format, options): (Format, &Options),
 ) -> Result<Written, ExportError> {
-    let labelled = LabelledScene {
-        scene,
-        classes,
-        objects: &[],
-        parts: &[],
-        maps,
-    };
+    let labelled = labelled_scene(scene, classes, maps);
     export(folder, labelled, format, options, &|_, _| {
         ControlFlow::Continue(())
     })

@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 
-use super::testing::{export_all, files};
+use super::testing::{export_all, files, labelled_scene};
 use super::*;
-use crate::labels::{Class, ClassId, History, Stroke, StrokeId, png};
+use crate::labels::testing::clicked;
+use crate::labels::{Class, ClassId, History, Stroke, png};
 use crate::scene::testing::{self, wall};
 use crate::scene::{Camera, Scene};
 use crate::semantics::LabelPropagation;
@@ -35,13 +36,7 @@ fn export_pngs(
     maps: &[Arc<FrameMap>],
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    let labelled = LabelledScene {
-        scene,
-        classes,
-        objects: &[],
-        parts: &[],
-        maps,
-    };
+    let labelled = labelled_scene(scene, classes, maps);
     export(folder, labelled, Format::Png, &Options::default(), progress)
 }
 
@@ -182,15 +177,8 @@ fn what_a_killed_run_left_is_cleared_away() {
 fn strokes_on_vanished_frames_are_not_exported() {
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("strokes.json");
-    let mut labels = LabelSet {
-        classes: vec![Class::new(1, "wall")],
-        ..LabelSet::default()
-    };
-    for (id, frame) in [(1, 0), (2, 5)] {
-        let stroke = Arc::new(Stroke::click(frame, 1, [2, 3]));
-        labels.strokes.insert(StrokeId(id), stroke);
-    }
-    write_strokes(&path, &labels, &wall(1, 4, 3).frames).unwrap();
+    let history = clicked(&["wall"], &[(0, 1, [2, 3]), (5, 1, [2, 3])]);
+    write_strokes(&path, history.labels(), &wall(1, 4, 3).frames).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     assert_eq!(json["strokes"].as_array().unwrap().len(), 1);
     assert_eq!(json["strokes"][0]["frame"], "rgb_0");
@@ -212,11 +200,8 @@ fn objects_that_are_shown_are_listed_with_the_same_numbers_in_all_frames() {
         .map(|frame| Arc::new(propagation.map(&scene, frame, 1)))
         .collect();
     let labelled = LabelledScene {
-        scene: &scene,
-        classes: &labels.classes,
         objects: &labels.objects,
-        parts: &[],
-        maps: &maps,
+        ..labelled_scene(&scene, &labels.classes, &maps)
     };
     let root = tempfile::tempdir().unwrap();
     export(root.path(), labelled, Format::Png, &Options::default(), &go_on).unwrap();

@@ -222,6 +222,7 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::testing::{clicked, named};
     use crate::labels::{erase, rasterise};
     use crate::scene::testing::{bend, wall};
 
@@ -299,12 +300,7 @@ mod tests {
             parse_strokes(&file.to_string(), &scene)
         };
         let mut labels = parse(&[click(2, 7), click(2, 3), click(2, 7)]).unwrap();
-        let objects: Vec<_> = labels
-            .objects
-            .iter()
-            .map(|object| (object.id.number(), object.name.as_str()))
-            .collect();
-        assert_eq!(objects, [(7, "chair 1"), (3, "chair 2")]);
+        assert_eq!(named(&labels.objects), [(7, "chair 1"), (3, "chair 2")]);
         assert_eq!(
             parse_strokes(&strokes_json(&labels, &scene.frames), &scene).unwrap(),
             labels
@@ -330,20 +326,20 @@ mod tests {
     #[test]
     fn polygons_come_back_from_the_file_to_the_pixel() {
         let scene = wall(2, 64, 48);
-        let mut labels = LabelSet::default();
-        labels.classes.push(Class::new(1, "wall"));
+        let mut history = clicked(&["wall"], &[]);
         let polygon = Stroke::polygon(1, 1, &[[3, 4], [50, 10], [30, 40], [20, 12], [6, 30]]);
         let erased = erase(&polygon, &[[25, 0], [25, 47]], 2).unwrap();
         let void = Stroke::polygon(1, VOID, &[[40, 2], [60, 2], [60, 20]]);
-        for (id, stroke) in (1..).zip([erased, void]) {
-            labels.strokes.insert(StrokeId(id), Arc::new(stroke));
+        for stroke in [erased, void] {
+            history.add_stroke(stroke);
         }
-        let back = parse_strokes(&strokes_json(&labels, &scene.frames), &scene).unwrap();
+        let labels = history.labels();
+        let back = parse_strokes(&strokes_json(labels, &scene.frames), &scene).unwrap();
         let classes = |labels: &LabelSet| -> Vec<(u32, ClassId)> {
             let pixels = rasterise(labels, 1, 64, 48).into_iter();
             pixels.map(|(pixel, (class, _))| (pixel, class)).collect()
         };
-        assert_eq!(classes(&back), classes(&labels));
+        assert_eq!(classes(&back), classes(labels));
         assert!(classes(&back).len() > 500);
     }
 }

@@ -225,16 +225,13 @@ fn simplified(points: &[Pixel]) -> Vec<Pixel> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::StrokeKind;
-    use std::sync::Arc;
+    use crate::labels::{History, StrokeKind};
 
     fn line(radius: u32, points: &[Pixel]) -> Stroke {
         Stroke {
-            frame: 0,
-            class: 1,
-            object: None,
             radius,
             lines: vec![points.to_vec()],
+            ..Stroke::click(0, 1, [0, 0])
         }
     }
 
@@ -262,22 +259,11 @@ mod tests {
     }
 
     #[test]
-    fn a_polyline_has_no_gaps() {
-        let pixels = pixels_of(&line(0, &[[0, 0], [9, 4]]), 10, 5);
-        assert_eq!(pixels.len(), 10);
-        assert!(pixels.contains(&0) && pixels.contains(&49));
-    }
-
-    #[test]
     fn later_strokes_cover_earlier_ones() {
-        let mut labels = LabelSet::default();
-        labels.strokes.insert(StrokeId(1), Arc::new(line(1, &[[5, 2]])));
-        let later = Stroke {
-            class: 7,
-            ..line(0, &[[5, 2]])
-        };
-        labels.strokes.insert(StrokeId(2), Arc::new(later));
-        let map = rasterise(&labels, 0, 10, 5);
+        let mut history = History::default();
+        history.add_stroke(line(1, &[[5, 2]]));
+        history.add_stroke(Stroke::click(0, 7, [5, 2]));
+        let map = rasterise(history.labels(), 0, 10, 5);
         assert_eq!(map[&25], (7, StrokeId(2)));
         assert_eq!(map[&24], (1, StrokeId(1)));
     }

@@ -117,11 +117,9 @@ mod tests {
     fn clicks_scribbles_and_polygons_are_told_apart() {
         use StrokeKind::{Click, Polygon, Scribble};
         let drawn = |radius, lines: &[&[Pixel]]| Stroke {
-            frame: 0,
-            class: 1,
-            object: None,
             radius,
             lines: lines.iter().map(|line| line.to_vec()).collect(),
+            ..Stroke::click(0, 1, [0, 0])
         };
         for (stroke, kind) in [
             (Stroke::click(0, 1, [3, 4]), Click),

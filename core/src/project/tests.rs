@@ -7,10 +7,8 @@ use std::fs;
 use std::time::{Duration, Instant};
 
 use super::*;
-use crate::labels::{
-    ImportedLabels, ImportedMap, Label, LabelImages, LabelSet, Likeliest, Object, ObjectId, Probabilities,
-    Stroke, Trust,
-};
+use crate::labels::testing::{clicked, label_images, object};
+use crate::labels::{ImportedMap, Label, LabelImages, Likeliest, Probabilities, Stroke, Trust};
 use crate::scene::{Camera, Frame, OpenOptions, Scene, SceneSource, testing};
 use crate::semantics::KnownPart;
 
@@ -35,12 +33,8 @@ fn scene(folder: &Path, stems: &[&str]) -> Scene {
 /// A project on frames a, b, c with two classes, a stroke on a and on c, and one undone on b.
 fn contents(folder: &Path) -> Contents {
     let record = SceneRecord::of(&scene(folder, &["a", "b", "c"]), OpenOptions::default());
-    let mut history = History::new(LabelSet::default());
-    history.add_class("wall");
-    history.add_class("floor");
-    history.add_stroke(Stroke::click(0, 1, [1, 1]));
-    history.add_stroke(Stroke::click(2, 2, [2, 0]));
-    history.add_stroke(Stroke::click(1, 2, [0, 0]));
+    let clicks = [(0, 1, [1, 1]), (2, 2, [2, 0]), (1, 2, [0, 0])];
+    let mut history = clicked(&["wall", "floor"], &clicks);
     history.undo();
     Contents::new(record, history)
 }
@@ -110,13 +104,8 @@ fn assert_same(a: &Contents, b: &Contents) {
 fn a_project_comes_back_as_it_was_is_open_once_and_undo_and_redo_go_on() {
     let (folder, path) = place();
     let mut contents = contents(folder.path());
-    let chair = Object {
-        id: ObjectId::new(3).unwrap(),
-        class: 2,
-        name: "chair 3".to_owned(),
-    };
     let parts = [KnownPart {
-        object: chair,
+        object: object(3, 2, "chair 3"),
         places: vec![[0.5, -1.25, 2.0]],
     }];
     assert!(contents.parts().is_empty());
@@ -155,11 +144,7 @@ fn a_project_comes_back_as_it_was_is_open_once_and_undo_and_redo_go_on() {
 
 /// Label images of the frames a and c, the first of which shows an object.
 fn images(class: u16) -> LabelImages {
-    let stool = Object {
-        id: ObjectId::new(9).unwrap(),
-        class,
-        name: "stool".to_owned(),
-    };
+    let stool = object(9, class, "stool");
     let label = Label {
         class,
         object: Some(stool.id),
@@ -174,15 +159,6 @@ fn images(class: u16) -> LabelImages {
     LabelImages {
         objects: vec![stool],
         ..label_images(maps, Trust::VOTES)
-    }
-}
-
-fn label_images(maps: Vec<ImportedMap>, trust: Trust) -> LabelImages {
-    LabelImages {
-        labels: ImportedLabels { maps, trust },
-        classes: Vec::new(),
-        objects: Vec::new(),
-        unmatched: 0,
     }
 }
 

@@ -286,10 +286,11 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::labels::{History, ImportedLabels, ImportedMap, Label, LabelImages, LabelSet, Stroke, Trust};
+    use crate::labels::testing::{clicked, label_images, object};
+    use crate::labels::{History, ImportedMap, Label, LabelImages, LabelSet, Stroke, Trust};
     use crate::scene::Scene;
     use crate::scene::testing::wall;
-    use crate::semantics::testing::{node, propagated};
+    use crate::semantics::testing::{node, propagated, truth};
     use crate::semantics::{FrameMap, LabelPropagation, Look, Node, SurfaceGraph, SurfaceImport};
 
     /// Squares of 10 x 10 nodes, 5 cm apart, which begin at these places.
@@ -314,6 +315,22 @@ mod tests {
         }
     }
 
+    /// Squares of these classes.
+    fn of_squares(classes: &[ClassId]) -> Vec<ClassId> {
+        classes.iter().flat_map(|&class| [class; 100]).collect()
+    }
+
+    /// The objects of floor, 1, chair, 2, and table, 3, of which these are listed.
+    fn found(
+        surface: &Surface,
+        posterior: &Posterior,
+        listed: &[Object],
+        before: Option<&SurfaceObjects>,
+    ) -> SurfaceObjects {
+        let classes = [(1, "floor"), (2, "chair"), (3, "table")].map(|(id, name)| Class::new(id, name));
+        SurfaceObjects::new(surface, posterior, (&classes, listed), before)
+    }
+
     /// Number and name of the objects, and the number of nodes.
     fn told(objects: &SurfaceObjects) -> Vec<(u16, &str, usize)> {
         let nodes = |id| objects.of_nodes.iter().filter(|own| **own == Some(id)).count();
@@ -322,14 +339,16 @@ mod tests {
             .collect()
     }
 
+    const THREE_CHAIRS: [(u16, &str, usize); 3] =
+        [(1, "chair 1", 100), (2, "chair 2", 100), (3, "chair 3", 100)];
+
     #[test]
     fn chairs_apart_are_two_a_leg_seen_apart_belongs_to_its_chair_and_stuff_has_no_objects() {
         // The last square is a leg but for its first nodes.
         let surface = squares(&[0.0, 2.0, 2.7]);
         let mut labels = vec![2; 300];
         labels[205..].fill(1);
-        let classes = [Class::new(1, "floor"), Class::new(2, "chair")];
-        let objects = SurfaceObjects::new(&surface, &posterior(labels), (&classes, &[]), None);
+        let objects = found(&surface, &posterior(labels), &[], None);
         assert_eq!(told(&objects), [(1, "chair 1", 100), (2, "chair 2", 105)]);
         assert_eq!(objects.of_node(204), objects.of_node(150));
         assert_ne!(objects.of_node(0), objects.of_node(150));
@@ -342,19 +361,14 @@ mod tests {
         let surface = squares(&[0.0, 2.0, 4.0]);
         let mut labels = vec![2; 300];
         labels[200..295].fill(1);
-        let classes = [Class::new(1, "floor"), Class::new(2, "chair")];
-        let stool = Object {
-            id: ObjectId::new(7).unwrap(),
-            class: 2,
-            name: "stool".to_owned(),
-        };
+        let stool = object(7, 2, "stool");
         let nearest = labels.iter().map(|&label| (label == 2).then_some(stool.id));
         let posterior = Posterior {
             objects: nearest.collect(),
             telling: vec![20],
             ..posterior(labels.clone())
         };
-        let objects = SurfaceObjects::new(&surface, &posterior, (&classes, &[stool]), None);
+        let objects = found(&surface, &posterior, &[stool], None);
         assert_eq!(told(&objects), [(7, "stool", 105), (8, "chair 1", 100)]);
         assert_eq!(objects.of_node(297), objects.of_node(20));
     }
@@ -362,32 +376,23 @@ mod tests {
     #[test]
     fn parts_keep_numbers_and_names_while_labels_change() {
         let surface = squares(&[0.0, 2.0, 4.0]);
-        let classes = [Class::new(1, "wall"), Class::new(2, "chair")];
         let known = |labels: &[ClassId], objects: &[Object], before: Option<&SurfaceObjects>| {
-            let labels = labels.iter().flat_map(|&label| vec![label; 100]).collect();
-            let mut posterior = posterior(labels);
+            let mut posterior = posterior(of_squares(labels));
             if let Some(object) = objects.first() {
                 posterior.objects = vec![None; 300];
                 posterior.objects[100..200].fill(Some(object.id));
             }
-            SurfaceObjects::new(&surface, &posterior, (&classes, objects), before)
+            found(&surface, &posterior, objects, before)
         };
         let two = known(&[1, 2, 2], &[], None);
         assert_eq!(told(&two), [(1, "chair 1", 100), (2, "chair 2", 100)]);
         let three = known(&[2, 2, 2], &[], Some(&two));
-        assert_eq!(
-            told(&three),
-            [(1, "chair 1", 100), (2, "chair 2", 100), (3, "chair 3", 100)]
-        );
+        assert_eq!(told(&three), THREE_CHAIRS);
         assert_eq!(three.of_node(150), two.of_node(150));
         let last = known(&[2, 1, 2], &[], Some(&three));
         assert_eq!(told(&last), [(2, "chair 2", 100), (3, "chair 3", 100)]);
         // One that a person names takes the number and name that it had.
-        let armchair = Object {
-            id: three.of_node(150).unwrap(),
-            class: 2,
-            name: "armchair".to_owned(),
-        };
+        let armchair = object(three.of_node(150).unwrap().number(), 2, "armchair");
         let named = known(&[2, 2, 2], &[armchair], Some(&three));
         assert_eq!(
             told(&named),
@@ -398,42 +403,27 @@ mod tests {
 
     #[test]
     fn parts_that_are_known_from_before_keep_numbers_and_names_on_another_surface_though_other_labels_came() {
-        let classes = [Class::new(1, "wall"), Class::new(2, "chair")];
-        let told = |surface: &Surface, labels: &[ClassId], before: Option<&SurfaceObjects>| {
-            let labels = labels.iter().flat_map(|&label| vec![label; 100]).collect();
-            SurfaceObjects::new(surface, &posterior(labels), (&classes, &[]), before)
-        };
         let surface = squares(&[0.0, 2.0, 4.0]);
-        let two = told(&surface, &[1, 2, 2], None);
+        let two = found(&surface, &posterior(of_squares(&[1, 2, 2])), &[], None);
         let parts = two.parts(&surface);
         assert_eq!(
             parts.iter().map(|part| part.places.len()).collect::<Vec<_>>(),
             [15; 2]
         );
-        // The scene is opened again, its surface begins elsewhere, and what was the wall is a chair.
+        // The scene is opened again, its surface begins elsewhere, and what was floor is a chair.
         let again = squares(&[4.01, 2.01, 0.01]);
-        let three = told(&again, &[2; 3], Some(&SurfaceObjects::recalled(&again, &parts)));
+        let recalled = SurfaceObjects::recalled(&again, &parts);
+        let three = found(&again, &posterior(vec![2; 300]), &[], Some(&recalled));
         let number = |node| three.of_node(node).unwrap().number();
         assert_eq!([0, 100, 200].map(number), [2, 1, 3]);
-        assert_eq!(
-            told_names(&three),
-            ["chair 1", "chair 2", "chair 3"],
-            "a chair that is new gets a new name"
-        );
-    }
-
-    fn told_names(objects: &SurfaceObjects) -> Vec<&str> {
-        told(objects).into_iter().map(|(_, name, _)| name).collect()
+        // A chair that is new gets a new name.
+        assert_eq!(told(&three), THREE_CHAIRS);
     }
 
     #[test]
     fn objects_are_found_again_on_another_surface() {
         let (surface, other) = (squares(&[0.0, 2.0]), squares(&[2.01, 0.01, 9.0]));
-        let classes = [Class::new(2, "chair"), Class::new(3, "table")];
-        let of = |surface: &Surface, labels: Vec<ClassId>| {
-            SurfaceObjects::new(surface, &posterior(labels), (&classes, &[]), None)
-        };
-        let objects = of(&surface, vec![2; 200]);
+        let objects = found(&surface, &posterior(vec![2; 200]), &[], None);
         let labels = [vec![2; 150], vec![3; 50], vec![2; 100]].concat();
         let moved = objects.on(&surface, (&other, &posterior(labels)));
         assert_eq!([0, 99].map(|node| moved.of_node(node)), [objects.of_node(150); 2]);
@@ -449,8 +439,7 @@ mod tests {
     /// The wall with a click on each half, each as an object of one class.
     fn halves() -> (Arc<Scene>, LabelSet, LabelPropagation) {
         let scene = Arc::new(wall(5, 64, 48));
-        let mut history = History::default();
-        history.add_class("panel");
+        let mut history = clicked(&["panel"], &[]);
         for pixel in [[10, 20], [55, 20]] {
             history.add_object(Stroke::click(0, 1, pixel), &[]).unwrap();
         }
@@ -490,6 +479,7 @@ mod tests {
         assert_eq!(of_second.strokes, strokes[1..]);
     }
 
+    /// The number of the object in every pixel of a frame.
     fn pixels(
         propagation: &LabelPropagation,
         labels: &LabelSet,
@@ -508,17 +498,21 @@ mod tests {
         found(&map)
     }
 
+    /// Asserts that the halves of the wall have these numbers, but for some of the pixels at its border.
+    #[track_caller]
+    fn assert_halves(objects: &[u16], scene: &Scene, frame: usize, numbers: [u16; 2]) {
+        let truth = truth(scene, frame).into_iter();
+        let own = truth.map(|half| numbers[usize::from(half) - 1]);
+        let wrong = own.zip(objects).filter(|(own, object)| own != *object);
+        assert!(wrong.count() < objects.len() / 20);
+    }
+
     #[test]
     fn two_objects_of_a_class_divide_it_along_its_borders_with_one_number_in_all_frames() {
         let (scene, labels, mut propagation) = halves();
         for frame in 0..5 {
-            let truth = crate::semantics::testing::truth(&scene, frame);
             let objects = pixels(&propagation, &labels, &scene, frame);
-            let wrong = objects
-                .iter()
-                .zip(&truth)
-                .filter(|(object, truth)| object != truth);
-            assert!(wrong.count() < truth.len() / 20);
+            assert_halves(&objects, &scene, frame, [1, 2]);
         }
         // Updates are exact: as if the labels had come at once.
         let mut changed = History::new(labels.clone());
@@ -544,14 +538,9 @@ mod tests {
     #[test]
     fn imported_objects_have_what_images_say_in_all_frames_until_strokes_say_otherwise() {
         let scene = Arc::new(wall(5, 64, 48));
-        let panel = |number| Object {
-            id: ObjectId::new(number).unwrap(),
-            class: 1,
-            name: format!("panel {number}"),
-        };
         for trust in [Trust::VOTES, Trust::RIGHT] {
             let map = |frame| {
-                let halves = crate::semantics::testing::truth(&scene, frame);
+                let halves = truth(&scene, frame);
                 let label = |number| Label {
                     class: 1,
                     object: ObjectId::new(10 * number),
@@ -560,13 +549,9 @@ mod tests {
             };
             let mut history = History::default();
             history.import(LabelImages {
-                labels: ImportedLabels {
-                    maps: (0..3).map(map).collect(),
-                    trust,
-                },
                 classes: vec![Class::new(1, "panel")],
-                objects: vec![panel(10), panel(20)],
-                unmatched: 0,
+                objects: vec![object(10, 1, "panel 10"), object(20, 1, "panel 20")],
+                ..label_images((0..3).map(map).collect(), trust)
             });
             let mut propagation = propagated(&scene, history.labels());
             let mut follow = |history: &History| {
@@ -579,12 +564,7 @@ mod tests {
             };
             let imported = follow(&history);
             for (frame, objects) in [3, 4].into_iter().zip(&imported) {
-                let truth = crate::semantics::testing::truth(&scene, frame);
-                let wrong = objects
-                    .iter()
-                    .zip(&truth)
-                    .filter(|(object, half)| **object != 10 * **half);
-                assert!(wrong.count() < truth.len() / 20, "{trust:?}");
+                assert_halves(objects, &scene, frame, [10, 20]);
             }
             // A stroke of the class alone leaves the objects as they are; one of a new object has what is near.
             history.add_stroke(Stroke::click(3, 1, [10, 24]));

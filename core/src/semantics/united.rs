@@ -270,8 +270,8 @@ impl Found {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::testing::clicked;
-    use crate::labels::{ImportedLabels, Stroke, Trust};
+    use crate::labels::testing::{clicked, label_images};
+    use crate::labels::{Stroke, Trust};
     use crate::scene::testing::wall;
     use crate::semantics::testing::{surface, truth};
 
@@ -296,15 +296,7 @@ mod tests {
             };
             ImportedMap::with_objects(frame, &halves.map(label).collect::<Vec<_>>())
         };
-        let images = LabelImages {
-            labels: ImportedLabels {
-                maps: (0..5).map(map).collect(),
-                trust: Trust::VOTES,
-            },
-            classes: Vec::new(),
-            objects: Vec::new(),
-            unmatched: 0,
-        };
+        let images = label_images((0..5).map(map).collect(), Trust::VOTES);
         let mut history = clicked(&["panel"], &[]);
         history.add_object(Stroke::click(0, 1, [1, 1]), &[]).unwrap();
         let mut known = history.labels().clone();

@@ -48,11 +48,9 @@ mod tests {
         };
         let region = add(Stroke::polygon(0, 0, &[[10, 10], [40, 10], [40, 40], [10, 40]]));
         let line = add(Stroke {
-            frame: 0,
-            class: 0,
-            object: None,
             radius: 2,
             lines: vec![vec![[0, 20], [60, 20]]],
+            ..Stroke::click(0, 0, [0, 20])
         });
         let click = add(Stroke::click(0, 0, [30, 21]));
         add(Stroke::click(1, 0, [30, 30]));

@@ -206,6 +206,7 @@ fn unused(used: &BTreeSet<ClassId>) -> ClassId {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::testing::clicked;
 
     fn named(history: &History) -> Vec<(ClassId, &str)> {
         let classes = history.labels().classes.iter();
@@ -214,9 +215,7 @@ mod tests {
 
     #[test]
     fn known_names_are_left_out_and_taken_numbers_give_way_to_the_next() {
-        let mut history = History::default();
-        history.add_class("Wall");
-        history.add_class("mug");
+        let mut history = clicked(&["Wall", "mug"], &[]);
         let brought = [
             Class::new(2, "bed"),
             Class::new(1, "wall "),
@@ -262,11 +261,7 @@ mod tests {
 
     #[test]
     fn classes_are_moved_and_moved_back() {
-        let mut history = History::default();
-        for name in ["wall", "floor", "door"] {
-            history.add_class(name);
-        }
-        history.add_stroke(Stroke::click(0, 3, [1, 1]));
+        let mut history = clicked(&["wall", "floor", "door"], &[(0, 3, [1, 1])]);
         let order =
             |history: &History| -> Vec<ClassId> { named(history).iter().map(|(id, _)| *id).collect() };
         history.move_class(3, 0).unwrap();

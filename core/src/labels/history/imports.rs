@@ -199,30 +199,26 @@ impl History {
 mod tests {
     use super::*;
     use crate::labels::history::tests::history;
+    use crate::labels::testing::{clicked, label_images, named, object};
     use crate::labels::{FoundObject, ImportedMap, Stroke, Trust};
 
     #[test]
     fn an_import_is_undone_redone_merged_and_removed_like_any_edit() {
         let (mut history, wall, floor) = history();
-        let images = ImportedLabels {
-            maps: vec![ImportedMap::new(1, &[wall, floor, 9])],
-            trust: Trust::VOTES,
+        let images = LabelImages {
+            classes: vec![Class::new(9, "lamp")],
+            ..label_images(vec![ImportedMap::new(1, &[wall, floor, 9])], Trust::VOTES)
         };
         let mut classes = history.labels().classes.clone();
         classes.push(Class::new(9, "lamp"));
         let mut mirror = history.clone();
-        let edit = history.import(LabelImages {
-            labels: images.clone(),
-            classes: vec![Class::new(9, "lamp")],
-            objects: Vec::new(),
-            unmatched: 0,
-        });
+        let edit = history.import(images.clone());
         let (id, brought) = history.brought_by(&edit).unwrap();
         mirror.adopt_import(id, Arc::clone(brought));
         mirror.adopt(edit);
         assert_eq!(mirror.labels(), history.labels());
         let imported = history.labels().clone();
-        assert_eq!(imported.imported.as_deref(), Some(&images));
+        assert_eq!(imported.imported.as_deref(), Some(&images.labels));
         assert_eq!(imported.classes, classes);
         history.undo().unwrap();
         assert_eq!(history.labels().classes.len(), 2);
@@ -246,51 +242,29 @@ mod tests {
 
     /// Images with a chair and a stool, by these numbers.
     fn seats([chair, stool]: [u16; 2]) -> LabelImages {
-        let id = |number| ObjectId::new(number).unwrap();
-        let object = |(number, name): (u16, &str)| Object {
-            id: id(number),
-            class: 5,
-            name: name.to_owned(),
-        };
+        let objects = vec![object(chair, 5, "chair 1"), object(stool, 5, "stool")];
         let label = |number| Label {
             class: 5,
-            object: Some(id(number)),
+            object: ObjectId::new(number),
         };
-        let maps = vec![ImportedMap::with_objects(
-            0,
-            &[Label::from(5), label(chair), label(stool)],
-        )];
+        let map = ImportedMap::with_objects(0, &[label(0), label(chair), label(stool)]);
         LabelImages {
-            labels: ImportedLabels {
-                maps,
-                trust: Trust::VOTES,
-            },
             classes: vec![Class::new(5, "chair")],
-            objects: [(chair, "chair 1"), (stool, "stool")].map(object).into(),
-            unmatched: 0,
+            objects,
+            ..label_images(vec![map], Trust::VOTES)
         }
     }
 
     /// The listed objects, and the numbers that the images in force say.
     fn known(history: &History) -> (Vec<(u16, &str)>, Vec<u16>) {
         let labels = history.labels();
-        let listed = labels.objects.iter();
-        let images = labels.imported.as_ref();
-        let said = images.map_or_else(Vec::new, |images| images.objects().into_iter().collect());
-        (
-            listed
-                .map(|object| (object.id.number(), object.name.as_str()))
-                .collect(),
-            said.into_iter().map(ObjectId::number).collect(),
-        )
+        let said = labels.imported.iter().flat_map(|images| images.objects());
+        (named(&labels.objects), said.map(ObjectId::number).collect())
     }
 
     #[test]
     fn an_imported_class_does_not_get_the_number_of_a_deleted_one() {
-        let mut history = History::default();
-        for name in ["wall", "floor", "door", "sky", "lamp"] {
-            history.add_class(name);
-        }
+        let mut history = clicked(&["wall", "floor", "door", "sky", "lamp"], &[]);
         history.delete_class(5).unwrap();
         history.import(seats([1, 2]));
         let chair = history.labels().classes.last().unwrap().clone();

@@ -211,14 +211,12 @@ pub(super) fn unused(used: &BTreeSet<ObjectId>) -> Option<ObjectId> {
 mod tests {
     use super::*;
     use crate::labels::history::tests::assert_walked;
+    use crate::labels::testing::{clicked, object};
     use crate::labels::{History, Pixel};
 
     /// Two chairs with a click each, and a table's click.
     fn two_chairs() -> (History, [ObjectId; 2]) {
-        let mut history = History::default();
-        history.add_class("chair");
-        history.add_class("table");
-        history.add_stroke(Stroke::click(0, 2, [1, 1]));
+        let mut history = clicked(&["chair", "table"], &[(0, 2, [1, 1])]);
         let chairs = [[2, 2], [3, 3]].map(|pixel| {
             let added = history.add_object(Stroke::click(0, 1, pixel), &[]);
             added.unwrap().0
@@ -244,11 +242,7 @@ mod tests {
         assert_eq!(history.undo_name(), Some("add chair 2"));
         assert_eq!(said(&history), [(2, None), (1, Some(1)), (1, Some(2))]);
         let mut states = vec![history.labels().clone()];
-        let shown = [Object {
-            id: ObjectId::new(39).unwrap(),
-            class: 2,
-            name: "table 1".to_owned(),
-        }];
+        let shown = [object(39, 2, "table 1")];
         let table = history.add_object(Stroke::click(1, 2, [9, 9]), &shown).unwrap().0;
         assert_eq!(table.number(), 40);
         states.push(history.labels().clone());
@@ -282,11 +276,7 @@ mod tests {
         let part = |number, strokes: &[StrokeId], click: Option<Pixel>| FoundObject {
             strokes: strokes.to_vec(),
             click: click.map(|pixel| Stroke::click(5, 1, pixel)),
-            ..FoundObject::from(Object {
-                id: ObjectId::new(number).unwrap(),
-                class: 1,
-                name: format!("chair {number}"),
-            })
+            ..object(number, 1, &format!("chair {number}")).into()
         };
         let (drawn_on, bare) = (part(3, &[plain], Some([7, 7])), part(4, &[], Some([8, 8])));
         history.rename_object(&drawn_on, "stool").unwrap();

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::labels::png::{encode_labels, encode_rgb};
-use crate::labels::{History, Stroke};
+use crate::labels::testing::{clicked, named};
 use crate::scene::testing::{bend, hide, wall};
 
 fn write(folder: &Path, name: &str, width: u32, labels: &[ClassId]) {
@@ -23,7 +23,7 @@ fn hidden_pixels_are_void_whatever_the_image_says() {
         .collect();
     assert_eq!(in_frame(&scene.frames[0], &[7; 48]), expected);
     let root = tempfile::tempdir().unwrap();
-    write(root.path(), &format!("{}.png", scene.frames[0].stem), 8, &[7; 48]);
+    write(root.path(), "rgb_0.png", 8, &[7; 48]);
     let found = read(root.path(), &scene).unwrap();
     assert_eq!(found.labels.maps[0].labels(), expected);
 }
@@ -36,7 +36,7 @@ fn images_are_found_by_stem_and_ids_become_classes_by_name_number_and_palette() 
     fs::create_dir(&folder).unwrap();
     let mut labels = vec![0; 48];
     labels[..5].copy_from_slice(&[1, 2, 3, 300, 300]);
-    write(&folder, &format!("{}.png", scene.frames[2].stem), 8, &labels);
+    write(&folder, "rgb_2.png", 8, &labels);
     write(&folder, "legend.png", 3, &[1, 2, 3]);
     let classes = r#"[{"id": 1, "name": "Floor"}, {"id": 2, "name": "door", "color": [1, 2, 3]}]"#;
     fs::write(root.path().join("classes.json"), classes).unwrap();
@@ -46,10 +46,7 @@ fn images_are_found_by_stem_and_ids_become_classes_by_name_number_and_palette() 
     assert_eq!((found.labels.maps.len(), found.unmatched), (1, 1));
     assert_eq!(found.labels.maps[0].labels(), labels);
 
-    let mut history = History::default();
-    history.add_class("wall");
-    history.add_class("floor");
-    history.add_stroke(Stroke::click(0, 1, [0, 0]));
+    let mut history = clicked(&["wall", "floor"], &[(0, 1, [0, 0])]);
     history.import(found);
     let now = history.labels();
     let named: Vec<(ClassId, &str)> = now.classes.iter().map(|c| (c.id, c.name.as_str())).collect();
@@ -83,17 +80,16 @@ fn what_cannot_be_used_is_one_sentence_that_names_it() {
     refused("", "has no label images");
     write(root.path(), "other.png", 8, &[1; 48]);
     refused("", "named like a frame");
-    let stem = scene.frames[0].stem.clone();
-    let name = format!("{stem}.png");
-    write(root.path(), &name, 8, &[0; 48]);
+    let name = "rgb_0.png";
+    write(root.path(), name, 8, &[0; 48]);
     refused("", "void everywhere");
-    write(root.path(), &name, 8, &[1; 40]);
-    refused(&name, "8x5 pixels");
-    fs::write(root.path().join(&name), "no image").unwrap();
-    refused(&name, "is no label image");
-    fs::write(root.path().join(&name), encode_rgb(8, 6, &[9; 144]).unwrap()).unwrap();
-    refused(&name, "colour (9, 9, 9) at column 0, row 0");
-    write(root.path(), &name, 8, &[1; 48]);
+    write(root.path(), name, 8, &[1; 40]);
+    refused(name, "8x5 pixels");
+    put(root.path(), name, b"no image");
+    refused(name, "is no label image");
+    put(root.path(), name, &encode_rgb(8, 6, &[9; 144]).unwrap());
+    refused(name, "colour (9, 9, 9) at column 0, row 0");
+    write(root.path(), name, 8, &[1; 48]);
     for classes in ["[1]", r#"[{"id": 1, "name": "a"}, {"id": 1, "name": "b"}]"#] {
         fs::write(root.path().join("classes.json"), classes).unwrap();
         refused("classes.json", "cannot be used");
@@ -329,38 +325,30 @@ fn fine_probabilities_are_thinned_out_to_what_memory_allows() {
     assert!(thin.cells().iter().all(|cell| cell.class() == 1));
 }
 
-/// A folder as an export writes it: two chairs, one of them named, and a floor. Returns the object image's numbers.
-fn write_objects(root: &Path, stem: &str) -> Vec<u16> {
+/// The numbers in the object image of [`write_objects`], over and over.
+const NUMBERS: [u16; 4] = [0, 1, 300, 4];
+
+/// A folder as an export writes it: two chairs, one of them named, and a floor.
+fn write_objects(root: &Path, image: &str) {
     let folder = root.join("objects");
     fs::create_dir(&folder).unwrap();
-    let numbers: Vec<u16> = (0..48).map(|pixel| [0, 1, 300, 4][pixel % 4]).collect();
-    write(&folder, &format!("{stem}.png"), 8, &numbers);
+    write(&folder, image, 8, &NUMBERS.repeat(12));
     let listed = r#"[{"id": 1, "class_id": 6, "class_name": "floor", "thing": false, "pixels": 12},
         {"id": 300, "class_id": 5, "class_name": "chair", "name": "stool"},
         {"id": 4, "class_id": 5, "class_name": "chair", "thing": true},
         {"id": 9, "class_id": 5, "name": "chair 1"}]"#;
     fs::write(root.join("objects.json"), listed).unwrap();
-    numbers
 }
 
 #[test]
 fn images_of_objects_say_class_and_object_and_class_images_say_the_rest() {
     let scene = wall(2, 8, 6);
     let root = tempfile::tempdir().unwrap();
-    let stem = &scene.frames[1].stem;
-    let numbers = write_objects(root.path(), stem);
+    write_objects(root.path(), "rgb_1.png");
     let found = read(root.path(), &scene).unwrap();
     assert_eq!(found, read(&root.path().join("objects"), &scene).unwrap());
-    let named: Vec<_> = found
-        .objects
-        .iter()
-        .map(|object| (object.id.number(), object.name.as_str()))
-        .collect();
-    assert_eq!(
-        named,
-        [(300, "stool"), (4, "chair 2")],
-        "what no frame shows is left out, its name is not free"
-    );
+    // What no frame shows is left out, and its name is not free.
+    assert_eq!(named(&found.objects), [(300, "stool"), (4, "chair 2")]);
     let things: Vec<_> = found
         .classes
         .iter()
@@ -368,22 +356,9 @@ fn images_of_objects_say_class_and_object_and_class_images_say_the_rest() {
         .collect();
     assert_eq!(things, [(6, false), (5, true)]);
     let map = &found.labels.maps[0];
-    let class = |number: &u16| {
-        if *number == 1 {
-            6
-        } else {
-            5 * ClassId::from(*number > 0)
-        }
-    };
-    assert_eq!(map.labels(), numbers.iter().map(class).collect::<Vec<_>>());
-    let said: Vec<u16> = map
-        .objects()
-        .unwrap()
-        .iter()
-        .map(|object| object.map_or(0, |id| id.number()))
-        .collect();
-    let things = numbers.iter().map(|&number| if number == 1 { 0 } else { number });
-    assert_eq!(said, things.collect::<Vec<_>>());
+    assert_eq!(map.labels(), [0, 6, 5, 5].repeat(12));
+    let things = [0, 0, 300, 4].map(ObjectId::new);
+    assert_eq!(map.objects().unwrap(), things.repeat(12));
     let files = label_image_files(root.path()).unwrap();
     assert_eq!(files.len(), 2, "{files:?}");
 
@@ -394,14 +369,10 @@ fn images_of_objects_say_class_and_object_and_class_images_say_the_rest() {
         root.path()
             .join(format!("semantic_{kind}/semantic_{kind}_{frame}.png"))
     };
-    let instance = root.path().join(format!("semantic_instance/{stem}.png"));
+    let instance = root.path().join("semantic_instance/rgb_1.png");
     fs::rename(instance, place("instance", 1)).unwrap();
     write(root.path(), place("class", 0).to_str().unwrap(), 8, &[5; 48]);
     write(root.path(), place("class", 1).to_str().unwrap(), 8, &[7; 48]);
-    let mut scene = scene;
-    for (number, frame) in scene.frames.iter_mut().enumerate() {
-        frame.stem = format!("rgb_{number}");
-    }
     let both = read(root.path(), &scene).unwrap();
     assert_eq!((both.labels.maps.len(), both.unmatched), (2, 0));
     assert_eq!(
@@ -415,17 +386,16 @@ fn images_of_objects_say_class_and_object_and_class_images_say_the_rest() {
     assert!(by_frame.is_by_frame() && !both.is_by_frame());
     let map = &by_frame.labels.maps[1];
     assert_eq!(map.labels(), [7; 48]);
-    assert_eq!(map.objects().unwrap()[..4], [0, 1, 300, 4].map(ObjectId::new));
+    assert_eq!(map.objects().unwrap(), NUMBERS.map(ObjectId::new).repeat(12));
 }
 
 #[test]
 fn objects_that_cannot_be_used_are_refused_by_name() {
     let scene = wall(1, 8, 6);
-    let stem = &scene.frames[0].stem;
     let refusal = |listed: Option<&str>, image: &[u16]| {
         let root = tempfile::tempdir().unwrap();
-        write_objects(root.path(), stem);
-        write(&root.path().join("objects"), &format!("{stem}.png"), 8, image);
+        write_objects(root.path(), "rgb_0.png");
+        write(&root.path().join("objects"), "rgb_0.png", 8, image);
         if let Some(listed) = listed {
             fs::write(root.path().join("objects.json"), listed).unwrap();
         }

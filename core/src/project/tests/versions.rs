@@ -67,10 +67,7 @@ fn classes_of_earlier_versions_are_things_by_their_names_and_later_ones_have_obj
         } else {
             ""
         };
-        let path = file(folder.path(), version, change);
-        let connection = Connection::open(&path).unwrap();
-        schema::check(&connection).unwrap();
-        let saved = rows::read(&connection, &path).unwrap();
+        let (_project, saved) = Project::open(&file(folder.path(), version, change)).unwrap();
         let labels = saved.history.labels();
         let things: Vec<bool> = labels.classes.iter().map(|class| class.thing).collect();
         if version < 4 {
