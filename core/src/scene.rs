@@ -387,14 +387,13 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::testing::{open, wall};
+    use super::testing::{open, wall, without_depth};
     use super::*;
 
     /// A wall in poses of another unit, written without depth, and read again.
     fn reread(scale: f32) -> Scene {
-        let mut scene = wall(5, 16, 12);
+        let mut scene = without_depth(wall(5, 16, 12));
         for frame in &mut scene.frames {
-            frame.set_depth(None);
             frame.camera_to_world.translation *= scale;
         }
         let root = tempfile::tempdir().unwrap();

@@ -52,6 +52,12 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
     scene(frames)
 }
 
+/// The same scene where no depth was measured.
+pub fn without_depth(mut scene: Scene) -> Scene {
+    scene.frames.iter_mut().for_each(|frame| frame.set_depth(None));
+    scene
+}
+
 /// Makes a frame one of a lens with this radial distortion: its camera becomes that of the straightened image.
 pub fn bend(frame: &mut Frame, k1: f64) {
     let lens = Lens {

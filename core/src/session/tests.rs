@@ -7,7 +7,7 @@ use super::*;
 use crate::field::Preset;
 use crate::labels::testing::clicked;
 use crate::labels::{ClassId, History, Stroke, VOID};
-use crate::scene::testing::wall;
+use crate::scene::testing::{wall, without_depth};
 use crate::scene::{Camera, OpenOptions, SceneSource, SparsePoint, Viewpoint, write_replica};
 use crate::stereo::tests::capture;
 
@@ -183,11 +183,7 @@ fn pixels(maps: &[Arc<FrameMap>]) -> Vec<(Vec<ClassId>, Vec<u16>)> {
 #[test]
 fn every_undo_restores_its_maps_when_the_prior_was_evaluated_before_the_pause() {
     // Where depth is measured, the maps do without the prior.
-    let mut scene = wall(9, 64, 48);
-    for frame in &mut scene.frames {
-        frame.set_depth(None);
-    }
-    let mut client = on(scene, options());
+    let mut client = on(without_depth(wall(9, 64, 48)), options());
     // Both on the dark half, so that the graph is in doubt and the prior changes the maps.
     let mut history = clicked(&["left", "right"], &[(0, 1, [6, 20]), (0, 2, [28, 30])]);
     let of_the_graph = pixels(&maps_of(&mut client, &history, 1));

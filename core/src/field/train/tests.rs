@@ -2,7 +2,7 @@ use candle_core::DType;
 
 use super::*;
 use crate::field::kernels::Dispatch;
-use crate::scene::testing::wall;
+use crate::scene::testing::{wall, without_depth};
 use crate::scene::{OpenOptions, SceneSource};
 
 const PLAIN: Backend = Backend::Plain(Device::Cpu);
@@ -17,20 +17,10 @@ fn error(trainer: &Trainer) -> HeldOut {
 
 /// A trainer of a small wall after some steps.
 fn trained(backend: &Backend, depth: bool, steps: u64) -> Trainer {
-    let mut scene = wall(9, 24, 18);
-    if !depth {
-        for frame in &mut scene.frames {
-            frame.set_depth(None);
-        }
-    }
-    let mut trainer = Trainer::on(
-        backend,
-        Arc::new(scene),
-        (Preset::Fast, 1.0),
-        Recipe::default(),
-        3,
-    )
-    .unwrap();
+    let measured = wall(9, 24, 18);
+    let scene = Arc::new(if depth { measured } else { without_depth(measured) });
+    let preset = (Preset::Fast, 1.0);
+    let mut trainer = Trainer::on(backend, scene, preset, Recipe::default(), 3).unwrap();
     for _ in 0..steps {
         trainer.step().unwrap();
     }

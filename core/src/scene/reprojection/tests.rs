@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glam::{Affine3A, Mat3A, Vec3A};
 
 use super::*;
-use crate::scene::testing::{on_threads, wall, z_depth};
+use crate::scene::testing::{on_threads, wall, without_depth, z_depth};
 use crate::scene::{ColorImage, DepthMap, demo};
 
 /// The demo room with depth.
@@ -18,11 +18,7 @@ static ROOM: LazyLock<Scene> = LazyLock::new(|| {
 });
 
 pub(super) fn room_without_depth() -> Scene {
-    let mut scene = ROOM.clone();
-    for frame in &mut scene.frames {
-        frame.set_depth(None);
-    }
-    scene
+    without_depth(ROOM.clone())
 }
 
 /// The scene with every pose changed.

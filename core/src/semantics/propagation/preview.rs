@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::labels::testing::clicked;
     use crate::labels::{ClassId, Pixel};
-    use crate::scene::testing::wall;
+    use crate::scene::testing::{wall, without_depth};
     use crate::semantics::testing::propagated;
 
     fn disc(frame: usize, class: ClassId, pixel: Pixel, radius: u32) -> Stroke {
@@ -129,10 +129,7 @@ mod tests {
     #[test]
     fn a_preview_is_what_the_map_becomes() {
         let measured = Arc::new(wall(2, 80, 60));
-        let mut bare = wall(2, 80, 60);
-        for frame in &mut bare.frames {
-            frame.set_depth(None);
-        }
+        let bare = without_depth(wall(2, 80, 60));
         let clicks = [(0, 1, [10, 30]), (1, 2, [70, 30]), (0, 2, [60, 10])];
         let history = clicked(&["left", "right", "other"], &clicks);
         let mut propagation = propagated(&measured, history.labels());
