@@ -254,7 +254,7 @@ fn wilson(share: f64, count: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::testing::wall;
+    use crate::scene::testing::{stems, wall};
 
     const SIZE: [u32; 2] = [40, 30];
 
@@ -275,13 +275,8 @@ mod tests {
         assert_eq!(audit, draw(5));
         assert_ne!(audit.places, draw(6).places);
         assert_eq!((audit.frames.len(), audit.places.len()), (10, 600));
-        let number = |frame: &AuditedFrame| {
-            scene
-                .frames
-                .iter()
-                .position(|own| own.stem == frame.stem)
-                .unwrap()
-        };
+        let stems = stems(&scene);
+        let number = |frame: &AuditedFrame| stems.iter().position(|stem| *stem == frame.stem).unwrap();
         let numbers: Vec<usize> = audit.frames.iter().map(number).collect();
         assert!(
             numbers.windows(2).all(|pair| pair[1] - pair[0] == 4),

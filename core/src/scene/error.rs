@@ -147,13 +147,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_error_is_one_line_whatever_its_file_is_called() {
+    fn an_error_is_one_line_whatever_its_file_is_called_and_whatever_it_repeats() {
         let error = SceneError::file("a\r/b\u{1b}[31m", "names c\nd");
         assert_eq!(error.to_string(), "a\u{fffd}/b\u{fffd}[31m: names c\u{fffd}d");
-    }
-
-    #[test]
-    fn a_message_is_one_line_whatever_it_repeats() {
         assert_eq!(in_one_line("no\tsuch \0 table:\r\n  \u{7f}x"), "no such table: x");
     }
 }
