@@ -164,15 +164,8 @@ mod tests {
 
     /// Relative luminance (WCAG 2).
     fn luminance(color: Color32) -> f32 {
-        let linear = |value: u8| {
-            let v = f32::from(value) / 255.0;
-            if v <= 0.04045 {
-                v / 12.92
-            } else {
-                ((v + 0.055) / 1.055).powf(2.4)
-            }
-        };
-        0.2126 * linear(color.r()) + 0.7152 * linear(color.g()) + 0.0722 * linear(color.b())
+        let linear = egui::Rgba::from(color);
+        0.2126 * linear.r() + 0.7152 * linear.g() + 0.0722 * linear.b()
     }
 
     fn contrast(a: Color32, b: Color32) -> f32 {

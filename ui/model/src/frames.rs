@@ -237,15 +237,13 @@ mod tests {
         FrameFacts {
             strokes,
             contradicted,
-            checked: false,
-            compared: None,
-            has_no_summary: false,
             summary: Some(FrameSummary {
                 mean_entropy: entropy,
                 coverage: 1.0,
                 unclear: entropy,
                 disagreeing: 0.0,
             }),
+            ..FrameFacts::default()
         }
     }
 

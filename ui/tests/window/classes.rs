@@ -5,7 +5,7 @@ use egui_kittest::kittest::Queryable;
 use inplace_core::labels::{Class, PALETTES, StrokeId, read_class_list};
 use inplace_model::Command;
 use inplace_model::class_view::Named;
-use inplace_model::tool::{DrawnLine, Tool};
+use inplace_model::tool::Tool;
 
 use crate::stand::*;
 
@@ -72,22 +72,17 @@ fn a_class_is_a_thing_or_stuff_by_its_name_until_its_menu_says_otherwise() {
 #[test]
 fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     let mut window = Window::with_classes(&["wall", "floor"]);
-    // Draws or erases a point.
-    let point = |window: &mut Window, tool: Tool, x: u32| {
-        let points = vec![[x, 8]];
-        window.act(Command::Draw(DrawnLine { tool, points }));
-    };
-    point(&mut window, Tool::Brush, 8);
+    window.point(Tool::Brush, [8, 8]);
     window.act(Command::SetLocked(Named::Class(2), true));
-    point(&mut window, Tool::Brush, 20);
+    window.point(Tool::Brush, [20, 8]);
     window.says("unlock it in the class list to label with it");
     window.act(Command::ChooseSlot(1));
-    point(&mut window, Tool::Brush, 8);
+    window.point(Tool::Brush, [8, 8]);
     window.says("would cover what is labelled \"floor\"");
     assert_eq!(window.strokes(), 1);
-    point(&mut window, Tool::Brush, 20);
+    window.point(Tool::Brush, [20, 8]);
     assert_eq!(window.strokes(), 2, "beside it one may draw");
-    point(&mut window, Tool::Erase, 8);
+    window.point(Tool::Erase, [8, 8]);
     window.says("so its strokes stay");
     for change in [
         Command::Rename(Named::Class(2), "roof".to_owned()),
@@ -101,7 +96,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     assert_eq!(names(&window), ["wall", "floor"]);
     assert_eq!(window.strokes(), 2);
     window.act(Command::UnlockAll);
-    point(&mut window, Tool::Erase, 8);
+    window.point(Tool::Erase, [8, 8]);
     assert_eq!(window.strokes(), 1);
 }
 

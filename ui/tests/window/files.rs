@@ -5,7 +5,6 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use inplace_model::dialogs::Dialog;
 use inplace_ui::Target;
-use std::path::Path;
 
 use crate::stand::*;
 
@@ -124,14 +123,11 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
     let folder = tempfile::tempdir().unwrap();
     let images = folder.path().join("predictions");
     std::fs::create_dir(&images).unwrap();
-    let import = |window: &mut Window, path: &Path| {
-        window.click_through(&["File", "Import labels..."]);
-        window.replace_text("Folder of label images", path.to_str().unwrap());
-    };
     let imported = |window: &Window| window.labels().imported.clone();
     {
         let mut window = Window::with_demo(folder.path());
-        import(&mut window, &images);
+        window.click_through(&["File", "Import labels..."]);
+        window.replace_text("Folder of label images", images.to_str().unwrap());
         window.until_told();
         assert!(imported(&window).is_none());
 

@@ -15,12 +15,8 @@ fn asked(window: &Window) -> Vec<Stroke> {
         session::Command::Preview(stroke) => Some(stroke),
         _ => None,
     };
-    window
-        .worker()
-        .received()
-        .into_iter()
-        .filter_map(stroke)
-        .collect()
+    let commands = window.worker().received().into_iter();
+    commands.filter_map(stroke).collect()
 }
 
 /// An answer to a question: two rows of ten pixels from the place on.

@@ -211,9 +211,7 @@ fn a_frame_whose_image_vanished_says_so_in_a_sentence_until_it_is_there_again() 
 fn a_window_that_has_nothing_to_tell_is_not_drawn_again() {
     let mut window = Window::demo();
     window.add_class("wall");
-    for frame in 0..FRAMES {
-        window.publish(frame, 1);
-    }
+    window.worker().publish_all(window.generation(), 1);
     window.focus("New class");
     let asks_for_another = |window: &Window| {
         let mut outputs = window.harness.output().viewport_output.values();

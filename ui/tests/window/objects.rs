@@ -1,22 +1,19 @@
 //! The objects of a class: in the list, by the pointer, and through the project file.
 
-use egui::{Key, Modifiers, PointerButton};
+use egui::{Key, Modifiers};
 use inplace_core::labels::ObjectId;
 use inplace_model::Command;
 use inplace_model::class_view::Named;
 use inplace_model::layer::Layer;
 use inplace_model::tool::{DrawnLine, Tool};
-use inplace_ui::Target;
 
 use crate::stand::*;
 
+/// The row in which strokes are drawn.
+const MIDDLE: u32 = HEIGHT / 2;
+
 fn id(number: u16) -> ObjectId {
     ObjectId::new(number).unwrap()
-}
-
-fn draw(window: &mut Window, x: u32) {
-    let (tool, points) = (Tool::Brush, vec![[x, HEIGHT / 2]]);
-    window.act(Command::Draw(DrawnLine { tool, points }));
 }
 
 fn listed(window: &Window) -> Vec<String> {
@@ -49,7 +46,7 @@ fn two_chairs(mut window: Window) -> Window {
     window.key(Key::Escape);
     for (class, x) in [(2, 32), (1, 8), (1, 56)] {
         window.act(Command::Choose(Named::Class(class)));
-        draw(&mut window, x);
+        window.point(Tool::Brush, [x, MIDDLE]);
     }
     window.click("List the objects of chair");
     follow(&mut window, &["chair 1", "chair 2"], "chair 3");
@@ -81,7 +78,7 @@ fn parts_of_a_class_are_named_merged_and_gone_on_with_and_undo_takes_each_back()
     // Gone on with, a part takes the stroke along that is on it.
     window.click(&line("chair 1"));
     assert_eq!(window.workspace().said().unwrap().name, "chair 1");
-    draw(&mut window, 60);
+    window.point(Tool::Brush, [60, MIDDLE]);
     assert_eq!(listed(&window), ["stool", "chair 1"]);
     assert_eq!(window.said().iter().flatten().count(), 3);
     // Deleted, it is still a chair, and its strokes are no more of it.
@@ -99,17 +96,7 @@ fn parts_of_a_class_are_named_merged_and_gone_on_with_and_undo_takes_each_back()
 fn a_stroke_with_ctrl_is_on_a_new_object_and_what_was_said_before_goes_on() {
     let mut window = two_chairs(Window::demo());
     window.act(Command::Choose(Named::Object(id(1))));
-    let place = window.canvas(0.0, 0.0);
-    for pressed in [true, false] {
-        window.harness.event(egui::Event::PointerMoved(place));
-        window.harness.event(egui::Event::PointerButton {
-            pos: place,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::COMMAND,
-        });
-    }
-    window.harness.run_steps(3);
+    window.click_canvas_with(Modifiers::COMMAND, 0.0, 0.0);
     assert_eq!(window.said(), [None, None, None, Some(3)]);
     assert_eq!(window.workspace().said().map(|said| said.id), Some(id(1)));
     // Of stuff there are none: nothing is drawn.
@@ -142,52 +129,19 @@ fn an_object_is_gone_to_where_it_is_seen_best_and_a_lock_keeps_it_as_it_is() {
 }
 
 #[test]
-fn objects_and_their_edits_are_in_the_project_when_it_is_opened_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let project = folder.path().join("chairs.inplace");
-    let mut states = Vec::new();
-    {
-        let mut window = two_chairs(Window::with_demo(folder.path()));
-        window.save_as(&project);
-        for edit in [
-            Command::Rename(Named::Object(id(2)), "armchair".to_owned()),
-            Command::MergeObject(id(1), id(2)),
-            Command::Delete(Named::Object(id(2))),
-        ] {
-            states.push(window.labels().clone());
-            window.act(edit);
-        }
-        states.push(window.labels().clone());
-        window.close();
-    }
-    let mut window = Window::opened(folder.path(), Target::Project(project));
-    window.sees("Hide the objects of chair");
-    for state in states.iter().rev() {
-        assert_eq!(window.labels(), state);
-        window.press(Modifiers::COMMAND, Key::Z);
-    }
-}
-
-#[test]
 fn a_locked_object_keeps_its_strokes_and_those_that_lie_on_it() {
     let mut window = two_chairs(Window::demo());
     let before = window.labels().clone();
-    let line_at = |tool, x| {
-        Command::Draw(DrawnLine {
-            tool,
-            points: vec![[x, HEIGHT / 2]],
-        })
-    };
     // No stroke names it: the one that lies on it is kept as well.
     window.click("Lock chair 1");
     window.sees(&format!("{}, locked", line("chair 1")));
-    window.act(line_at(Tool::Erase, 8));
+    window.point(Tool::Erase, [8, MIDDLE]);
     window.says("\"chair 1\" is locked, so its strokes stay");
     window.act(Command::Choose(Named::Class(2)));
-    window.act(line_at(Tool::Brush, 8));
+    window.point(Tool::Brush, [8, MIDDLE]);
     window.says("This would cover what is labelled \"chair 1\"");
     window.act(Command::Choose(Named::Object(id(1))));
-    window.act(line_at(Tool::Brush, 20));
+    window.point(Tool::Brush, [20, MIDDLE]);
     window.says("unlock it in the class list to label with it");
     for change in [
         Command::Rename(Named::Object(id(1)), "stool".to_owned()),
@@ -201,11 +155,11 @@ fn a_locked_object_keeps_its_strokes_and_those_that_lie_on_it() {
     window.says("\"chair 1\" is locked: unlock it");
     assert_eq!(window.labels(), &before);
     // The other chair is free.
-    window.act(line_at(Tool::Erase, 56));
+    window.point(Tool::Erase, [56, MIDDLE]);
     assert_eq!(window.strokes(), 2);
     window.press(Modifiers::COMMAND, Key::Z);
     window.click_through(&["Class list", "Unlock all"]);
-    window.act(line_at(Tool::Erase, 8));
+    window.point(Tool::Erase, [8, MIDDLE]);
     assert_eq!(window.strokes(), 2);
 }
 
@@ -247,6 +201,7 @@ fn objects_are_hidden_one_by_one_or_all_but_one_and_the_project_keeps_that() {
         window.close();
     }
     let mut window = Window::with_demo(folder.path());
+    window.sees("Hide the objects of chair");
     assert_eq!(hidden(&window), [false, true]);
     assert!(window.workspace().is_object_locked(id(1)));
     // When it is gone, no other is hidden beside it.

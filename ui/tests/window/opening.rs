@@ -1,5 +1,6 @@
 //! What is shown and kept while a scene is still being read.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -19,13 +20,10 @@ fn listed(folder: &Path) -> Window {
     Window::opened(folder, Target::Scene(SceneSource::Folder(scene)))
 }
 
-/// The worker has read the scene, without the frames that `lost` names by their numbers.
-fn read(window: &mut Window, lost: &[usize]) {
+/// The worker has read the scene but for the lost frames.
+fn read(window: &mut Window, lost: Range<usize>) {
     let mut scene = Scene::clone(&window.workspace().scene);
-    let mut number = 0..;
-    scene
-        .frames
-        .retain(|_| number.next().is_some_and(|number: usize| !lost.contains(&number)));
+    scene.frames.drain(lost);
     window.tell(Event::Opened(Arc::new(scene)));
 }
 
@@ -45,7 +43,7 @@ fn a_stroke_set_while_frames_are_read_is_kept_at_once_and_told_to_the_worker_whe
     window.sees_part("your labels spread as soon as all of them are there");
     window.until_saved();
     assert!(window.worker().received().is_empty());
-    read(&mut window, &[]);
+    read(&mut window, 0..0);
     window.misses("Reading: 3 of 5 frames");
     let (labels, generation) = window.worker().told_labels().unwrap();
     assert_eq!((labels.strokes.len(), generation), (1, window.generation()));
@@ -74,7 +72,7 @@ fn strokes_stay_on_their_images_where_others_that_were_listed_cannot_be_used() {
             window.labels().strokes.values().map(stem).collect()
         };
         let before = stems(&window);
-        read(&mut window, &[1, 2]);
+        read(&mut window, 1..3);
         // It is listed again, and this time not shown before it is read.
         let started = |window: &Window| window.workers.lock().unwrap().len();
         window.until_window("another session has started", |window| started(window) == 2);
@@ -120,7 +118,7 @@ fn stored_maps_are_shown_before_the_scene_is_read_but_never_those_of_other_label
     {
         let mut window = listed(folder.path());
         window.label("wall");
-        read(&mut window, &[]);
+        read(&mut window, 0..0);
         window.worker().publish_all(window.generation(), 1);
         window.harness.run_steps(3);
         window.close();

@@ -10,14 +10,14 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::guide::Suggestion;
-use inplace_core::labels::{LabelSet, ObjectId, StrokeId};
+use inplace_core::labels::{LabelSet, ObjectId, Pixel, StrokeId};
 use inplace_core::scene::{ColorImage, OpenOptions, Scene, SceneSource, Viewpoint};
 use inplace_core::semantics::LabelPropagation;
 use inplace_core::session::{self, Event, FrameMap, MapSlots, RenderedView, Session};
 use inplace_model::exporting::ExportProgress;
 use inplace_model::preferences::Store;
 use inplace_model::project_session::SavedState;
-use inplace_model::tool::Tool;
+use inplace_model::tool::{DrawnLine, Tool};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Model};
 use inplace_ui::app::{App, Environment};
@@ -135,15 +135,15 @@ pub fn scene(source: SceneSource) -> Arc<Scene> {
 
 /// The primary button goes down or up here.
 pub fn button(pos: Pos2, pressed: bool) -> egui::Event {
-    any_button(PointerButton::Primary, pos, pressed)
+    any_button(PointerButton::Primary, pos, pressed, Modifiers::NONE)
 }
 
-fn any_button(button: PointerButton, pos: Pos2, pressed: bool) -> egui::Event {
+fn any_button(button: PointerButton, pos: Pos2, pressed: bool, modifiers: Modifiers) -> egui::Event {
     egui::Event::PointerButton {
         pos,
         button,
         pressed,
-        modifiers: Modifiers::NONE,
+        modifiers,
     }
 }
 
@@ -512,6 +512,23 @@ impl Window {
         self.drag(PointerButton::Primary, &[place]);
     }
 
+    /// Clicks with these keys held.
+    pub fn click_canvas_with(&mut self, held: Modifiers, x: f32, y: f32) {
+        let pos = self.canvas(x, y);
+        self.harness.event(egui::Event::PointerMoved(pos));
+        for pressed in [true, false] {
+            let event = any_button(PointerButton::Primary, pos, pressed, held);
+            self.harness.event_modifiers(event, held);
+        }
+        self.harness.run_steps(3);
+    }
+
+    /// Draws or erases a point of the image.
+    pub fn point(&mut self, tool: Tool, pixel: Pixel) {
+        let points = vec![pixel];
+        self.act(Command::Draw(DrawnLine { tool, points }));
+    }
+
     /// The worker suggests these places, from labels of this generation.
     pub fn suggest(&mut self, generation: u64, suggestions: Vec<Suggestion>) {
         self.tell(Event::Suggestions {
@@ -523,11 +540,12 @@ impl Window {
     pub fn drag(&mut self, button: PointerButton, positions: &[Pos2]) {
         let (first, last) = (positions[0], positions[positions.len() - 1]);
         self.harness.event(egui::Event::PointerMoved(first));
-        self.harness.event(any_button(button, first, true));
+        let button_at = |pos, pressed| any_button(button, pos, pressed, Modifiers::NONE);
+        self.harness.event(button_at(first, true));
         for &position in &positions[1..] {
             self.harness.event(egui::Event::PointerMoved(position));
         }
-        self.harness.event(any_button(button, last, false));
+        self.harness.event(button_at(last, false));
         self.harness.run_steps(3);
     }
 

@@ -9,7 +9,6 @@ use inplace_model::Command;
 use inplace_model::layer::Layer;
 use inplace_model::tool::Tool;
 use inplace_ui::Target;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::stand::*;
@@ -35,7 +34,8 @@ fn draw_triangle(window: &mut Window) {
     window.key(Key::Enter);
 }
 
-fn project(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Target {
+/// A window with a project of two classes and these strokes.
+fn opened(strokes: impl IntoIterator<Item = Stroke>) -> Window {
     let mut history = History::default();
     history.add_class("wall");
     history.add_class("floor");
@@ -43,15 +43,11 @@ fn project(folder: &Path, strokes: impl IntoIterator<Item = Stroke>) -> Target {
         history.add_stroke(stroke);
     }
     let history = History::new(history.labels().clone());
-    let path = folder.join("strokes.inplace");
-    let record = SceneRecord::of(&scene(SceneSource::Demo), OpenOptions::default());
-    Project::create(&path, &Contents::new(record, history)).unwrap();
-    Target::Project(path)
-}
-
-fn opened(strokes: impl IntoIterator<Item = Stroke>) -> Window {
     let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::opened(folder.path(), project(folder.path(), strokes));
+    let path = folder.path().join("strokes.inplace");
+    let record = SceneRecord::of(&scene(SceneSource::Demo), OpenOptions::default());
+    drop(Project::create(&path, &Contents::new(record, history)).unwrap());
+    let mut window = Window::opened(folder.path(), Target::Project(path));
     window.folder = Some(folder);
     window
 }
@@ -100,19 +96,7 @@ fn shift_draws_from_the_end_of_the_last_line_and_a_polyline_ends_by_a_double_cli
     let mut window = Window::with_classes(&["wall", "floor"]);
     click_at(&mut window, &[[-100.0, 0.0]]);
     let from = newest(&window).lines[0][0];
-    let pos = window.canvas(100.0, 50.0);
-    for pressed in [true, false] {
-        window.harness.event_modifiers(
-            egui::Event::PointerButton {
-                pos,
-                button: PointerButton::Primary,
-                pressed,
-                modifiers: Modifiers::SHIFT,
-            },
-            Modifiers::SHIFT,
-        );
-    }
-    window.harness.run_steps(3);
+    window.click_canvas_with(Modifiers::SHIFT, 100.0, 50.0);
     let stroke = newest(&window);
     assert_eq!((stroke.lines[0].len(), stroke.lines[0][0]), (2, from));
     assert_eq!(window.strokes(), 2);
@@ -305,11 +289,9 @@ fn ten_thousand_strokes_leave_the_window_quick() {
         let (x, y) = (index % WIDTH, index / WIDTH % HEIGHT);
         let line = vec![[x, y], [WIDTH - 1 - x, y], [x, HEIGHT - 1 - y]];
         Stroke {
-            frame: index as usize % FRAMES,
-            class: 1 + (index % 2) as u16,
-            object: None,
             radius: 2,
             lines: vec![line],
+            ..Stroke::click(index as usize % FRAMES, 1 + (index % 2) as u16, [x, y])
         }
     };
     let mut window = opened((0..10_000).map(stroke));

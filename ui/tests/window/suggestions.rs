@@ -7,7 +7,7 @@ use inplace_core::scene::SceneSource;
 use inplace_model::Command;
 use inplace_model::class_view::Named;
 use inplace_model::suggestions::Mode;
-use inplace_model::tool::{DrawnLine, Tool};
+use inplace_model::tool::Tool;
 use inplace_model::view::View;
 use inplace_ui::{Target, UiOptions};
 use serde_json::{Value, json};
@@ -282,11 +282,7 @@ fn where_a_thing_is_likely_it_is_asked_which_one() {
     let mut window = Window::with_classes(&["chair", "table"]);
     window.act(Command::Choose(Named::Class(1)));
     window.act(Command::SayNewObject);
-    let points = vec![[8, 8]];
-    window.act(Command::Draw(DrawnLine {
-        tool: Tool::Brush,
-        points,
-    }));
+    window.point(Tool::Brush, [8, 8]);
     let chair = window.labels().objects[0].id;
     let suggested = |frame: usize| {
         let mut suggestion = place(frame, [20, 30], &[1, 2]);
