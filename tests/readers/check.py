@@ -327,13 +327,9 @@ def cityscapes_objects(folder: Path, objects: Objects) -> None:
     same("instances", sorted(found.values()), sorted(objects.classes.values()))
 
 
-def check_things(listed: list[dict], objects: Objects) -> None:
-    same("things", {one["id"]: one["isthing"] for one in listed}, objects.things)
-
-
 def panoptic_objects(folder: Path, objects: Objects) -> None:
     panoptic = json.loads((folder / "panoptic.json").read_text("utf-8"))
-    check_things(panoptic["categories"], objects)
+    same("things", {one["id"]: one["isthing"] for one in panoptic["categories"]}, objects.things)
     segments = [segment for one in panoptic["annotations"] for segment in one["segments_info"]]
     same("crowds", {segment["iscrowd"] for segment in segments if segment["id"] >= 65536}, {0})
     # It looks for a folder of this name.
@@ -351,7 +347,7 @@ def panoptic_objects(folder: Path, objects: Objects) -> None:
 
 def instances_objects(folder: Path, objects: Objects) -> None:
     coco = COCO(folder / "instances.json")
-    check_things(coco.loadCats(coco.getCatIds()), objects)
+    same("things", {id: one["isthing"] for id, one in coco.cats.items()}, objects.things)
     for image in coco.loadImgs(coco.getImgIds()):
         annotations = coco.loadAnns(coco.getAnnIds(imgIds=image["id"]))
         own = [one for one in annotations if "object_id" in one]
@@ -409,39 +405,31 @@ def boxes(folder: Path, objects: Objects) -> None:
         same("a rotation", bool(np.allclose(np.linalg.det(record["rotation"]), 1)), True)
 
 
-OBJECTS = {
-    "voc": voc_objects,
-    "cityscapes": cityscapes_objects,
-    "coco-panoptic": panoptic_objects,
-    "coco-instances": instances_objects,
-    "labelme": labelme_objects,
-    "hugging-face": hugging_face_objects,
-    "point-cloud": solid_objects,
-    "mesh": solid_objects,
-    "boxes": boxes,
-}
-
+# What is checked of each format: its classes, and its objects.
 FORMATS = {
-    "overlay": overlay,
-    "voc": voc,
-    "cityscapes": cityscapes,
-    "coco-panoptic": coco_panoptic,
-    "coco-instances": coco_instances,
-    "labelme": labelme_files,
-    "yolo": yolo,
-    "hugging-face": hugging_face,
-    "point-cloud": solid,
-    "mesh": solid,
+    "overlay": (overlay, None),
+    "voc": (voc, voc_objects),
+    "cityscapes": (cityscapes, cityscapes_objects),
+    "coco-panoptic": (coco_panoptic, panoptic_objects),
+    "coco-instances": (coco_instances, instances_objects),
+    "labelme": (labelme_files, labelme_objects),
+    "yolo": (yolo, None),
+    "hugging-face": (hugging_face, hugging_face_objects),
+    "point-cloud": (solid, solid_objects),
+    "mesh": (solid, solid_objects),
+    "boxes": (None, boxes),
 }
 
 
 def main() -> int:
     root = Path(sys.argv[1])
     plain, things = Plain(root / "png"), Objects(root / "objects/png")
-    checks = [(name, check, root / name, plain) for name, check in FORMATS.items()]
-    checks += [(f"{name} of objects", check, root / "objects" / name, things) for name, check in OBJECTS.items()]
+    checks = [(name, of_classes, root / name, plain) for name, (of_classes, _) in FORMATS.items()]
+    checks += [(f"{name} of objects", check, root / "objects" / name, things) for name, (_, check) in FORMATS.items()]
     failed = 0
     for name, check, folder, expected in checks:
+        if check is None:
+            continue
         try:
             check(folder, expected)
             print(f"{name} is right")

@@ -52,12 +52,6 @@ impl Room {
             .map(|frame| spread.map(scene, frame, 1).labels().into_owned())
             .collect()
     }
-
-    fn write(&self, folder: &Path, frame: usize, size: [usize; 2], labels: &[ClassId]) {
-        let ids = labels.iter().map(|&id| u8::try_from(id).unwrap()).collect();
-        let image = image::GrayImage::from_raw(size[0] as u32, size[1] as u32, ids).unwrap();
-        image.save(folder.join(format!("rgb_{frame}.png"))).unwrap();
-    }
 }
 
 #[test]
@@ -72,7 +66,11 @@ fn labels_of_an_eighth_of_the_size_come_out_sharper_than_enlarged_ones() {
         let small: Vec<ClassId> = (0..width * height)
             .map(|pixel| labels[middle(pixel / width) * WIDTH + middle(pixel % width)])
             .collect();
-        room.write(folder.path(), frame, [width, height], &small);
+        let ids = small.iter().map(|&id| u8::try_from(id).unwrap()).collect();
+        let image = image::GrayImage::from_raw(width as u32, height as u32, ids).unwrap();
+        image
+            .save(folder.path().join(format!("rgb_{frame}.png")))
+            .unwrap();
         let of = |pixel: usize| small[pixel / WIDTH / FACTOR * width + pixel % WIDTH / FACTOR];
         enlarged.push((0..WIDTH * HEIGHT).map(of).collect::<Vec<ClassId>>());
     }
