@@ -227,11 +227,6 @@ pub struct PaperArguments {
     /// Only these experiments, by their names in the results [default: all].
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = experiment)]
     pub experiments: Vec<String>,
-    /// Captures with ground truth and classes.json, or "demo", whose label images teach the pixel classifier of the
-    /// experiment "fusion", which is left out without them. Classes are matched by name; those that a scene does not
-    /// share with these are predicted as others and not measured.
-    #[arg(long, value_name = "SCENE", num_args = 1..)]
-    pub train_on: Vec<PathBuf>,
     /// What is measured, and how.
     #[command(flatten)]
     pub on: SceneArguments,

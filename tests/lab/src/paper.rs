@@ -4,7 +4,6 @@
 mod fusion;
 mod recipe;
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -12,7 +11,6 @@ use rand::{SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 use serde::Serialize;
 
-pub use fusion::PixelClassifier;
 pub use recipe::{Flipped, Objects, clicks, coarse, evenly, grid, grown, pixel_noise};
 
 use super::arguments::PaperArguments;
@@ -118,7 +116,7 @@ pub const EXPERIMENTS: [PaperExperiment; 20] = {
     ]
 };
 
-/// The name of the experiment of Table 4, which needs a [`PixelClassifier`].
+/// The name of the experiment of Table 4, and of its last row.
 pub const FUSION: &str = "fusion";
 
 /// The result of one run of an experiment.
@@ -175,8 +173,8 @@ impl Found<'_> {
     }
 }
 
-/// Runs the experiments that the command line asks for, with one seed of the recipes and of the field; that of Table 4 with
-/// this classifier. It takes the threads that it is run in.
+/// Runs the experiments that the command line asks for, with one seed of the recipes and of the field. It takes the threads
+/// that it is run in.
 ///
 /// # Errors
 /// A scene without ground truth or without a surface.
@@ -184,7 +182,6 @@ pub fn paper_experiments(
     scene: &Arc<Scene>,
     arguments: &PaperArguments,
     seed: u64,
-    classifier: Option<&PixelClassifier>,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<PaperPoint>, Failure> {
     let truth = SceneTruth::read(scene)?;
@@ -235,8 +232,9 @@ pub fn paper_experiments(
         let scores = truth.scores(frames, |frame| in_image(frame, map(frame)))?;
         points.push(found.point(experiment.name, scores, input.miou, wall_s, experiment.paper_miou));
     }
-    if let Some(classifier) = classifier.filter(|_| wanted(FUSION)) {
-        points.extend(fusion::run(&found, classifier, progress)?);
+    if wanted(FUSION) {
+        progress(FUSION);
+        points.extend(fusion::run(&found)?);
     }
     Ok(points)
 }
@@ -300,55 +298,23 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
     let out = &arguments.on.output.out;
     begin(out, &arguments.on.scenes)?;
     let pool = pool(training.reading.threads())?;
-    let open = |argument: &Path| -> Result<Arc<Scene>, Failure> {
-        let source = SceneSource::from_argument(argument);
-        let scene = Scene::open(&source, training.reading.open_options(), &|_, _| {})?;
-        Ok(Arc::new(scene))
-    };
-    let taught_by = arguments.train_on.iter().map(|argument| open(argument));
-    let taught_by = taught_by.collect::<Result<Vec<Arc<Scene>>, Failure>>()?;
     let mut points = Vec::new();
     for argument in &arguments.on.scenes {
-        let scene = open(argument)?;
-        if taught_by.iter().any(|other| other.source == scene.source) {
-            let name = argument.display();
-            return Err(format!("{name}: is in --train-on; predictions are for other scenes").into());
-        }
+        let source = SceneSource::from_argument(argument);
+        let scene = Arc::new(Scene::open(&source, training.reading.open_options(), &|_, _| {})?);
         for run in 0..arguments.seeds {
             let seed = training.reading.seed.wrapping_add(run);
             let measured = pool.install(|| -> Result<Vec<PaperPoint>, Failure> {
                 let progress = Progress::default();
                 let name = argument.display();
                 let mut tell = |what: &str| progress.show(format!("{name}, seed {seed}: {what}"));
-                let classifier = if taught_by.is_empty() {
-                    None
-                } else {
-                    tell("teaching the pixel classifier");
-                    let classifier = PixelClassifier::learn(&taught_by, seed)?;
-                    eprintln!("{}", describe(&classifier, &scene)?);
-                    Some(classifier)
-                };
-                paper_experiments(&scene, arguments, seed, classifier.as_ref(), &mut tell)
+                paper_experiments(&scene, arguments, seed, &mut tell)
             });
             points.extend(measured?);
         }
     }
     export::write(&out.join("paper.csv"), csv(&points, COLUMNS)?.as_bytes())?;
     page(&points).publish(&arguments.on.output, "paper", &points)
-}
-
-/// What the predictions are, in a sentence.
-fn describe(classifier: &PixelClassifier, scene: &Scene) -> Result<String, Failure> {
-    let known = classifier.known(scene)?;
-    let names: Vec<&str> = known.iter().map(|(_, name, _)| name.as_str()).collect();
-    Ok(format!(
-        "{}: predictions of a pixel classifier trained on {}; measured on the {} classes of both: {}; pixels of \
-         other classes are wrong votes",
-        scene.name(),
-        classifier.scenes.join(", "),
-        names.len(),
-        names.join(", ")
-    ))
 }
 
 /// A row for each scene and experiment: means over the seeds.
