@@ -190,7 +190,7 @@ pub struct EngineArguments {
     /// Seconds of training after which a field is measured.
     #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', default_value = "5,10,15,30,60", value_parser = seconds)]
     pub marks: Vec<f64>,
-    /// What to train: auto, fast, accurate or reference, or several of them in turn.
+    /// What to train: auto, fast or accurate, or several of them in turn.
     #[arg(
         long = "preset",
         value_name = "NAME,...",

@@ -17,10 +17,8 @@ use super::learnt::pool;
 use super::page::Page;
 use inplace_core::export::{self, peak_memory};
 use inplace_core::field::kernels::Dispatch;
-use inplace_core::field::reference::{PixelLabels, ReferenceSettings, ReferenceTrainer};
 use inplace_core::field::{
-    Backend, Capacity, HeldOut, OccupancyGrid, Preset, RadianceField, Ray, Recipe, RenderedRay, Samples,
-    Sampling, Trainer, Volume, best_device,
+    Backend, Capacity, OccupancyGrid, Preset, RadianceField, Ray, Recipe, Samples, Sampling, Trainer, Volume,
 };
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::session::Progress;
@@ -32,11 +30,6 @@ const SAMPLES: usize = 48 * 1024;
 const TABLES: [u32; 2] = [17, 19];
 /// The name of the way that the others are compared with.
 const PLAIN: &str = "candle";
-/// Errors and PSNRs until which the seconds are told, from easy to hard: errors of the ray length in centimetres and in per
-/// cent of it, and decibels.
-const CENTIMETRES: [f32; 4] = [10.0, 5.0, 2.0, 1.0];
-const PER_CENT: [f32; 3] = [5.0, 2.5, 1.5];
-const DECIBELS: [f32; 4] = [25.0, 27.0, 29.0, 30.0];
 
 /// The speed of one way to compute the field.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -115,7 +108,7 @@ fn name(path: &Backend) -> String {
 type Variant = (&'static str, Preset, Recipe);
 
 /// How good a field was after so much training.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 struct RunPoint {
     /// The scene.
     scene: String,
@@ -133,7 +126,7 @@ struct RunPoint {
     rays_per_s: f64,
     /// Steps a second, over all training so far.
     steps_per_s: f64,
-    /// Samples a training ray needed of late; of the reference, its network evaluations.
+    /// Samples a training ray needed of late.
     samples_per_ray: f32,
     /// Median error of the ray length on held-out frames, in metres.
     depth_error_m: Option<f32>,
@@ -145,32 +138,13 @@ struct RunPoint {
     psnr_db: f32,
     /// How often the field came back to an earlier state, because it had collapsed or was not finite.
     undone: u64,
-    /// The time that was asked for, of a look that is not in between.
+    /// The time that was asked for.
     #[serde(skip)]
-    mark: Option<f64>,
-}
-
-impl RunPoint {
-    /// A look at a field, without its work.
-    fn of(scene: &Scene, preset: &str, seed: u64, seconds: f64, held_out: &HeldOut) -> Self {
-        Self {
-            scene: scene.name(),
-            preset: preset.to_owned(),
-            depth: scene.has_depth(),
-            seed,
-            seconds,
-            depth_error_m: held_out.depth_error,
-            depth_error_rel: held_out.relative_depth_error,
-            within_tenth: held_out.within_tenth,
-            psnr_db: held_out.psnr,
-            ..Self::default()
-        }
-    }
+    mark: f64,
 }
 
 /// Trains a field on `scene` and measures it on its held-out frames against `truth`, another reading of
-/// the same capture, after each of `marks` seconds of training (measuring not counted), and in between: every half second at
-/// first, then ever less often, so that it is known within a tenth when it was how good.
+/// the same capture, after each of `marks` seconds of training (measuring not counted).
 ///
 /// # Errors
 /// None on the CPU short of a lack of memory.
@@ -181,72 +155,36 @@ fn training_run(
     seed: u64,
     marks: &[f64],
 ) -> Computed<Vec<RunPoint>> {
-    if preset == Preset::Reference {
-        return reference_run(scene, truth, seed, marks);
-    }
     let mut trainer = Trainer::on(&Backend::best()?, Arc::clone(scene), (preset, 1.0), recipe, seed)?;
-    let (mut seconds, mut last_look) = (0.0, 0.0);
-    let mut points = Vec::new();
-    for &mark in marks {
-        loop {
-            let at_mark = seconds >= mark;
-            let is_due = seconds >= (last_look + 0.5_f64).max(1.1 * last_look);
-            if (at_mark || is_due)
-                && let Some(held_out) = trainer.evaluate_against(truth)?
-            {
-                last_look = seconds;
-                let work = trainer.work();
-                points.push(RunPoint {
-                    steps: trainer.steps(),
-                    rays_per_s: work.rays as f64 / seconds,
-                    steps_per_s: work.steps as f64 / seconds,
-                    samples_per_ray: trainer.samples_per_ray(),
-                    undone: trainer.undone(),
-                    mark: at_mark.then_some(mark),
-                    ..RunPoint::of(scene, name, seed, seconds, &held_out)
-                });
-            }
-            if at_mark {
-                break;
-            }
-            let start = Instant::now();
-            trainer.step()?;
-            seconds += start.elapsed().as_secs_f64();
-        }
-    }
-    Ok(points)
-}
-
-/// The same for the paper's networks, which have no labels here and learn colours alone. A step takes
-/// longer than some marks are apart: what is measured is the state after the last whole step. They are looked
-/// at at the marks alone, since a look takes seconds.
-fn reference_run(scene: &Arc<Scene>, truth: &Scene, seed: u64, marks: &[f64]) -> Computed<Vec<RunPoint>> {
-    let device = best_device()?;
-    let (settings, labels) = (ReferenceSettings::published(&device), PixelLabels::default());
-    let mut trainer = ReferenceTrainer::new(Arc::clone(scene), labels, settings, &device, seed)?;
-    let rays = trainer.held_out().rays(scene);
     let mut seconds = 0.0;
     let mut points = Vec::new();
     for &mark in marks {
         while seconds < mark {
             let start = Instant::now();
-            trainer.advance()?;
+            trainer.step()?;
             seconds += start.elapsed().as_secs_f64();
         }
-        let rendered = trainer.field().render(&rays)?;
-        let seen: Vec<RenderedRay> = rendered.iter().map(|ray| ray.seen).collect();
-        if let Some(held_out) = trainer.held_out().error(&seen, truth) {
-            points.push(RunPoint {
-                // Depth does no more than bound the volume.
-                depth: false,
-                steps: trainer.steps(),
-                rays_per_s: trainer.work().rays as f64 / seconds,
-                steps_per_s: trainer.work().rays as f64 / settings.rays as f64 / seconds,
-                samples_per_ray: settings.evaluations_per_ray() as f32,
-                mark: Some(mark),
-                ..RunPoint::of(scene, Preset::Reference.name(), seed, seconds, &held_out)
-            });
-        }
+        let Some(held_out) = trainer.evaluate_against(truth)? else {
+            continue;
+        };
+        let work = trainer.work();
+        points.push(RunPoint {
+            scene: scene.name(),
+            preset: name.to_owned(),
+            depth: scene.has_depth(),
+            seed,
+            seconds,
+            steps: trainer.steps(),
+            rays_per_s: work.rays as f64 / seconds,
+            steps_per_s: work.steps as f64 / seconds,
+            samples_per_ray: trainer.samples_per_ray(),
+            depth_error_m: held_out.depth_error,
+            depth_error_rel: held_out.relative_depth_error,
+            within_tenth: held_out.within_tenth,
+            psnr_db: held_out.psnr,
+            undone: trainer.undone(),
+            mark,
+        });
     }
     Ok(points)
 }
@@ -275,6 +213,9 @@ fn random_samples(volume: &Volume) -> Samples {
 
 /// Measures, writes `engine.json` and, of what was trained, `engine.svg`, and prints.
 pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
+    if arguments.presets.contains(&Preset::Reference) {
+        return Err("the published network is measured by `inplace-lab bench pareto --preset reference`".into());
+    }
     let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
     let threads = arguments.reading.threads();
@@ -284,8 +225,7 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
         progress.show(format!("speed of each way, tables of 2^{table_log2} rows"));
         paths.extend(path_speeds(table_log2, arguments.rounds, threads)?);
     }
-    let looks = looks(arguments, threads, &progress)?;
-    let runs: Vec<RunPoint> = looks.iter().filter(|look| look.mark.is_some()).cloned().collect();
+    let runs = runs(arguments, threads, &progress)?;
     drop(progress);
     let peak = peak_memory();
     let result = json!({
@@ -301,7 +241,6 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     let mut page = Page::default();
     add_paths(&mut page, &paths);
     add_runs(&mut page, &runs);
-    add_reached(&mut page, &looks);
     if let Some(peak) = peak {
         page.paragraph(&format!("Peak memory: {:.2} GB.", peak as f64 / 1e9));
     }
@@ -312,10 +251,10 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     page.publish(&arguments.output, "engine", &result)
 }
 
-/// Every look at every field.
-fn looks(arguments: &EngineArguments, threads: usize, progress: &Progress) -> Result<Vec<RunPoint>, Failure> {
+/// Every field at every mark.
+fn runs(arguments: &EngineArguments, threads: usize, progress: &Progress) -> Result<Vec<RunPoint>, Failure> {
     let pool = pool(threads)?;
-    let mut looks = Vec::new();
+    let mut runs = Vec::new();
     let variants: Vec<Variant> = if arguments.ablate {
         let parts = Recipe::ablations().into_iter();
         parts.map(|(name, recipe)| (name, Preset::Auto, recipe)).collect()
@@ -340,11 +279,11 @@ fn looks(arguments: &EngineArguments, threads: usize, progress: &Progress) -> Re
                 progress.show(format!("{}, seed {seed}: {}", scene.display(), variant.0));
                 let measured =
                     pool.install(|| training_run(&seen, &truth, variant, seed, &arguments.marks))?;
-                looks.extend(measured);
+                runs.extend(measured);
             }
         }
     }
-    Ok(looks)
+    Ok(runs)
 }
 
 /// A row for each way, a column for each size of the table.
@@ -426,47 +365,6 @@ fn add_runs(page: &mut Page, runs: &[RunPoint]) {
          | error, % | within 10%, % | PSNR, dB",
         &rows,
     );
-}
-
-/// A line for each scene and quantity: seconds until each target, medians over the seeds that met it.
-fn add_reached(page: &mut Page, looks: &[RunPoint]) {
-    if looks.is_empty() {
-        return;
-    }
-    page.paragraph("Seconds of training until:");
-    let mut items = Vec::new();
-    for ((scene, preset, depth), own) in grouped(looks, |look| {
-        (look.scene.clone(), look.preset.clone(), look.depth)
-    }) {
-        let seeds = grouped(own, |look| look.seed);
-        let told = |name: String, is_met: &dyn Fn(&RunPoint) -> bool| {
-            let first = |(_, looks): &(u64, Vec<&RunPoint>)| {
-                let look = looks.iter().find(|look| is_met(look))?;
-                Some(look.seconds)
-            };
-            let met: Vec<f64> = seeds.iter().filter_map(first).collect();
-            let share = if met.is_empty() || met.len() == seeds.len() {
-                String::new()
-            } else {
-                format!(" in {} of {} runs", met.len(), seeds.len())
-            };
-            format!("{name}: {}{share}", spread(met, 1))
-        };
-        let within = |error: Option<f32>, most: f32| error.is_some_and(|error| 100.0 * error <= most);
-        let of_depth = CENTIMETRES
-            .map(|most| told(format!("{most:.0} cm"), &|look| within(look.depth_error_m, most)))
-            .join("; ");
-        let of_share = PER_CENT
-            .map(|most| told(format!("{most:.1}%"), &|look| within(look.depth_error_rel, most)))
-            .join("; ");
-        let of_colour = DECIBELS
-            .map(|least| told(format!("{least:.0} dB"), &|look| look.psnr_db >= least))
-            .join("; ");
-        let with = if depth { "depth" } else { "no depth" };
-        let texts = [of_depth, of_share, of_colour];
-        items.extend(texts.map(|texts| format!("{scene}, {preset}, {with}: {texts}")));
-    }
-    page.list(&items);
 }
 
 /// `engine.svg`: how good each field is as it is trained.
