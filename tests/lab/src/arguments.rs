@@ -65,7 +65,8 @@ pub struct SimulateArguments {
     /// Folder of a capture with ground truth and split.json, or "demo".
     pub scene: PathBuf,
     /// Where the annotator clicks: guided (one random pixel of every class, then the program's suggestions),
-    /// random (equally many pixels of every class) or uniform (any pixels), or several of them in turn.
+    /// random (equally many pixels of every class) or uniform (any pixels), or several of them in turn; or own, the clicks in
+    /// clicks.json of a capture that has label images of test frames alone.
     #[arg(
         long = "policy",
         value_name = "NAME,...",
@@ -400,7 +401,8 @@ pub struct ParetoArguments {
     /// chooses, each by itself.
     #[arg(long)]
     pub capacity: bool,
-    /// Random clicks of every class on the training frames, given as soon as the scene is open.
+    /// Random clicks of every class on the training frames, given as soon as the scene is open; of a capture with label
+    /// images of test frames alone, those in its clicks.json.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     pub clicks: u16,
     /// Wall seconds since the start at which the maps are measured; a run ends at the last, or when it has stopped by
@@ -433,7 +435,7 @@ fn by_name<T: Copy>(
 }
 
 fn policy(name: &str) -> Result<Policy, String> {
-    by_name(&Policy::ALL, Policy::name, name, "use guided, random or uniform")
+    by_name(&Policy::ALL, Policy::name, name, "use guided, random, uniform or own")
 }
 
 fn baseline(name: &str) -> Result<Baseline, String> {

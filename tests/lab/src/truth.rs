@@ -11,8 +11,10 @@ use serde::de::DeserializeOwned;
 
 use super::metrics::Borders;
 use super::{ConfusionMatrix, Failure, Scores, unusable_file, unusable_scene};
-use inplace_core::labels::{self, ClassId, VOID, decode_gray};
-use inplace_core::scene::{Frame, Scene, SceneSource, demo::Shot, frame_number, label_images};
+use crate::simulate::Click;
+use inplace_core::labels::{self, ClassId, Stroke, VOID, decode_gray, read_strokes};
+use inplace_core::scene::{Frame, Scene, SceneSource, demo::Shot};
+use inplace_core::scene::{frame_number, label_images, numbered_images};
 use inplace_core::semantics::FrameMap;
 use inplace_core::session::Client;
 
@@ -87,8 +89,12 @@ pub(super) fn read_json<T: DeserializeOwned>(path: &Path, expected: &str) -> Res
     serde_json::from_str(&text).map_err(|error| unusable(error.to_string()))
 }
 
+/// A capture's own clicks, beside its images, and the folder of label images that were made by hand and only measure.
+const CLICKS: &str = "clicks.json";
+const BY_HAND: &str = "hand_labels";
+
 /// The label images of a scene's frames, and which of them labels may be taken from.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SceneTruth {
     /// The label image of each frame that has one, in pixels of the frame's image on disk; by index of the frame.
     pub images: BTreeMap<usize, LabelImage>,
@@ -96,6 +102,8 @@ pub struct SceneTruth {
     pub train: Vec<usize>,
     /// Indices of the frames that are only measured on, ascending; all of them have a label image.
     pub test: Vec<usize>,
+    /// The clicks that a capture brings along whose training frames have no label images.
+    pub clicks: Vec<Click>,
 }
 
 impl SceneTruth {
@@ -104,10 +112,29 @@ impl SceneTruth {
     /// # Errors
     /// A scene without ground truth for training or for testing, and unusable files.
     pub fn read(scene: &Scene) -> Result<Self, Failure> {
-        let truth = match &scene.source {
+        let truth = Self::read_or_clicks(scene)?;
+        if truth.train.is_empty() {
+            return Err(without(scene, "train"));
+        }
+        Ok(truth)
+    }
+
+    /// The same; of a capture whose training frames have no label images, its own clicks in their place.
+    ///
+    /// # Errors
+    /// A scene without ground truth for testing, or with neither for training; unusable files.
+    pub fn read_or_clicks(scene: &Scene) -> Result<Self, Failure> {
+        let mut truth = match &scene.source {
             SceneSource::Demo => Self::of_demo(scene),
             SceneSource::Folder(folder) => {
-                let (files, split) = (label_images(folder)?, Split::read(folder)?);
+                let by_hand = folder.join(BY_HAND);
+                let (files, split) = if by_hand.is_dir() {
+                    let files = numbered_images(&by_hand)?;
+                    let (train, test) = (Vec::new(), files.keys().copied().collect());
+                    (files, Split { train, test })
+                } else {
+                    (label_images(folder)?, Split::read(folder)?)
+                };
                 let mut images = BTreeMap::new();
                 for (index, frame) in scene.frames.iter().enumerate() {
                     let Some(image) = LabelImage::read(&files, &frame.stem)? else {
@@ -133,16 +160,27 @@ impl SceneTruth {
                     train: among(&split.train),
                     test: among(&split.test),
                     images,
+                    clicks: Vec::new(),
                 }
             }
         };
-        for (frames, of) in [(&truth.train, "train"), (&truth.test, "test")] {
-            if frames.is_empty() {
-                let reason = format!(
-                    "none of the \"{of}\" frames of split.json has a label image in semantic_class; measure on a capture that has them"
-                );
-                return Err(unusable_scene(scene, reason));
+        if truth.test.is_empty() {
+            return Err(without(scene, "test"));
+        }
+        if truth.train.is_empty()
+            && let SceneSource::Folder(folder) = &scene.source
+        {
+            let path = folder.join(CLICKS);
+            if !path.is_file() {
+                return Err(without(scene, "train"));
             }
+            let strokes = read_strokes(&path, scene)?.strokes.into_values();
+            let click = |stroke: Arc<Stroke>| {
+                let (frame, class) = (stroke.frame, stroke.class);
+                let pixel = stroke.first_point()?;
+                Some(Click { frame, pixel, class })
+            };
+            truth.clicks = strokes.filter_map(click).collect();
         }
         Ok(truth)
     }
@@ -154,8 +192,12 @@ impl SceneTruth {
         let image = |(frame, labels): (&Frame, Vec<ClassId>)| {
             LabelImage::new([frame.image().width, frame.image().height], labels)
         };
-        let images = frames.map(image).enumerate().collect();
-        Self { images, train, test }
+        Self {
+            images: frames.map(image).enumerate().collect(),
+            train,
+            test,
+            clicks: Vec::new(),
+        }
     }
 
     /// How good the test frames' maps are that a session has now; a frame without one is void all over.
@@ -184,10 +226,11 @@ impl SceneTruth {
         })
     }
 
-    /// The classes that the training frames show, ascending.
+    /// The classes that the training frames show, or its own clicks name, ascending.
     pub fn classes(&self) -> Vec<ClassId> {
         let shown = self.train.iter().flat_map(|frame| &self.images[frame].labels);
-        let mut classes: BTreeSet<ClassId> = shown.copied().collect();
+        let named = self.clicks.iter().map(|click| &click.class);
+        let mut classes: BTreeSet<ClassId> = shown.chain(named).copied().collect();
         classes.remove(&VOID);
         classes.into_iter().collect()
     }
@@ -218,6 +261,14 @@ impl SceneTruth {
         });
         scores.ok_or_else(|| "ground truth: all pixels are void; measure on a capture with classes".into())
     }
+}
+
+/// Some frames of the split have no truth.
+fn without(scene: &Scene, of: &str) -> Failure {
+    let reason = format!(
+        "none of the \"{of}\" frames of split.json has a label image in semantic_class; measure on a capture that has them"
+    );
+    unusable_scene(scene, reason)
 }
 
 /// A label map of a frame in the pixels of its image on disk.

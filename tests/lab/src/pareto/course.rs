@@ -25,7 +25,7 @@ pub struct ParetoRun {
     pub session: SessionOptions,
     /// What labels it.
     pub method: Method,
-    /// Random clicks of every class on the training frames, given as soon as the scene is open.
+    /// Random clicks of every class on the training frames, or the capture's own, given as soon as the scene is open.
     pub clicks: usize,
     /// Wall seconds since the start at which the maps are measured, ascending; the last one ends the run.
     pub marks: Vec<f64>,
@@ -107,9 +107,13 @@ impl ParetoRun {
     fn prepared(&self) -> Result<Prepared, Failure> {
         let options = &self.session;
         let scene = Scene::open(&options.source, options.open, &|_, _| {})?;
-        let truth = SceneTruth::read(&scene)?;
+        let truth = SceneTruth::read_or_clicks(&scene)?;
         let annotator = Annotator::new(&scene, &truth);
-        let clicks = annotator.clicks(Policy::Random, self.clicks, options.seed);
+        let (policy, count) = match truth.clicks.len() {
+            0 => (Policy::Random, self.clicks),
+            all => (Policy::Own, all),
+        };
+        let clicks = annotator.clicks(policy, count, options.seed);
         let labels = annotator.labels(&clicks);
         Ok(Prepared {
             truth,
@@ -118,7 +122,7 @@ impl ParetoRun {
         })
     }
 
-    /// A session that is paused while it is measured.
+    /// A session that is paused while it is measured, first when all frames have maps: before, there is nothing to measure.
     fn of_session(&self, preset: Preset, prepared: &Prepared) -> Result<Vec<ParetoPoint>, Failure> {
         let mut clock = Clock::start();
         let mut run = Client::start(SessionOptions {
@@ -127,13 +131,11 @@ impl ParetoRun {
         });
         let scene = run.opened()?;
         run.label(prepared.labels.clone(), GENERATION);
+        run.mapped(GENERATION)?;
+        let first = clock.elapsed();
+        let later = self.marks().into_iter().filter(|&mark| mark > first);
         let mut points = Vec::new();
-        let mut marks = self.marks().into_iter().peekable();
-        while let Some(mark) = marks.next() {
-            // Marks that passed while the scene was being opened have nothing to measure.
-            if clock.elapsed() > mark && marks.peek().is_some() {
-                continue;
-            }
+        for mark in std::iter::once(first).chain(later) {
             let settled = run.settled(GENERATION, Some(clock.start + mark))?;
             if !settled {
                 run.send(Command::Pause);

@@ -18,11 +18,13 @@ pub enum Policy {
     Random,
     /// Random pixels, whatever their class.
     Uniform,
+    /// The clicks that a capture brings along whose training frames have no label images.
+    Own,
 }
 
 impl Policy {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Guided, Self::Random, Self::Uniform];
+    pub const ALL: [Self; 4] = [Self::Guided, Self::Random, Self::Uniform, Self::Own];
 
     /// Its name in the results.
     pub fn name(self) -> &'static str {
@@ -30,6 +32,7 @@ impl Policy {
             Self::Guided => "guided",
             Self::Random => "random",
             Self::Uniform => "uniform",
+            Self::Own => "own",
         }
     }
 }
@@ -80,7 +83,17 @@ impl<'a> Annotator<'a> {
                 all.filter_map(|_| self.random(&self.truth.train, any, &mut rng))
                     .collect()
             }
+            Policy::Own => {
+                let round = |nth| self.classes.iter().filter_map(move |&class| self.own(class, nth));
+                (0..clicks_per_class).flat_map(round).collect()
+            }
         }
+    }
+
+    /// The n-th of a capture's own clicks on a class.
+    fn own(&self, class: ClassId, nth: usize) -> Option<Click> {
+        let is_own = |click: &&Click| click.class == class;
+        self.truth.clicks.iter().filter(is_own).nth(nth).copied()
     }
 
     /// Rounds of a random pixel of every class: of a random one of the frames that show it.
@@ -177,6 +190,7 @@ pub(super) mod tests {
             images: (0..4).map(|frame| (frame, image(frame))).collect(),
             train: vec![0, 2],
             test: vec![1, 3],
+            clicks: Vec::new(),
         }
     }
 

@@ -18,13 +18,14 @@ use inplace_core::session::{Client, Command, Event, SessionOptions};
 /// done. Each policy starts from the same learnt field.
 ///
 /// # Errors
-/// A scene without ground truth, [`Baseline::Reference`] without [`Policy::Random`], and whatever stops a session.
+/// A scene without ground truth, [`Baseline::Reference`] without the clicks that it gets, and whatever stops a session.
 pub fn simulate(
     experiment: &SimulateArguments,
     session: &SessionOptions,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<SimulatedPoint>, Failure> {
-    if experiment.baselines.contains(&Baseline::Reference) && !experiment.policies.contains(&Policy::Random) {
+    let given = given(experiment);
+    if experiment.baselines.contains(&Baseline::Reference) && !experiment.policies.contains(&given) {
         let random = "the published network gets the time that labelling took with the policy random; simulate that, too";
         return Err(random.into());
     }
@@ -36,7 +37,10 @@ pub fn simulate(
         let mut open = Open::new(options.clone())?;
         let scene = Arc::clone(&open.scene);
         let opening = start.elapsed();
-        let truth = SceneTruth::read(&scene)?;
+        let truth = match given {
+            Policy::Own => SceneTruth::read_or_clicks(&scene)?,
+            _ => SceneTruth::read(&scene)?,
+        };
         let learning = Instant::now();
         progress(&format!("seed {}: learning the scene", options.seed));
         learn(&mut open.run, experiment.geometry.map(Duration::from_secs_f64))?;
@@ -78,6 +82,14 @@ pub fn simulate(
     Ok(points)
 }
 
+/// The policy whose clicks the baselines get: a capture's own, where it has no others.
+fn given(experiment: &SimulateArguments) -> Policy {
+    match experiment.policies.as_slice() {
+        [Policy::Own] => Policy::Own,
+        _ => Policy::Random,
+    }
+}
+
 /// One run of the experiment: a scene that has been learnt with one seed.
 struct Run<'a> {
     experiment: &'a SimulateArguments,
@@ -99,7 +111,7 @@ impl Run<'_> {
         self.experiment.clicks.iter().copied().map(usize::from).collect()
     }
 
-    /// The baselines on the clicks of [`Policy::Random`]; `own` are our points, this seed's among them.
+    /// The baselines on the same clicks; `own` are our points, this seed's among them.
     fn compared(
         &self,
         own: &[SimulatedPoint],
@@ -109,7 +121,8 @@ impl Run<'_> {
         let pool = pool(options.threads)?;
         let batches = self.batches();
         let most = batches.last().copied().unwrap_or(0);
-        let planned = self.annotator.clicks(Policy::Random, most, options.seed);
+        let policy = given(self.experiment);
+        let planned = self.annotator.clicks(policy, most, options.seed);
         let mut points = Vec::new();
         for &baseline in &self.experiment.baselines {
             let before = match baseline {
@@ -119,14 +132,14 @@ impl Run<'_> {
                 Baseline::Reference => 0.0,
             };
             for &clicks_per_class in &batches {
-                let name = format!("{}/{}", Policy::Random.name(), baseline.name());
+                let name = format!("{}/{}", policy.name(), baseline.name());
                 let seed = options.seed;
                 progress(&format!("seed {seed}, {name}: {clicks_per_class} clicks a class"));
                 let most = clicks_per_class * self.annotator.classes().len();
                 let given = &planned[..planned.len().min(most)];
                 let same = |point: &&SimulatedPoint| {
                     (point.policy.as_str(), point.seed, point.clicks_per_class)
-                        == (Policy::Random.name(), seed, clicks_per_class)
+                        == (policy.name(), seed, clicks_per_class)
                 };
                 let wall_s = own.iter().find(same).map_or(0.0, |point| point.wall_s);
                 let task = Task {
@@ -193,7 +206,11 @@ impl Open {
         } else {
             Command::Resume
         });
-        let frames = truth.train.iter().copied().collect();
+        // Of a capture with clicks of its own, nothing that is suggested is answered.
+        let frames = match policy {
+            Policy::Own => (0..self.scene.frames.len()).collect(),
+            _ => truth.train.iter().copied().collect(),
+        };
         self.run.send(Command::SuggestOn { frames });
         let batches = run.batches();
         let most = batches.last().copied().unwrap_or(0);
@@ -303,6 +320,8 @@ impl Open {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use clap::Parser;
 
     use super::*;
@@ -360,6 +379,29 @@ mod tests {
         let took = |point: &SimulatedPoint| point.strokes > 0 && point.wall_s > 0.0;
         assert!(compared.iter().all(took), "{compared:?}");
         assert_eq!(calibration_table(&compared).unwrap().lines().count(), 1);
+    }
+
+    #[test]
+    fn a_capture_without_labels_to_click_on_is_labelled_with_its_own_clicks() {
+        let (_root, folder) = capture();
+        for frame in [0, 2, 4] {
+            fs::remove_file(folder.join(format!("semantic_class/semantic_class_{frame}.png"))).unwrap();
+        }
+        let source = || SceneSource::Folder(folder.clone());
+        let own = "--policy own --clicks 1,2 --seeds 1 --baselines=nearest";
+        let refused = simulated(own, source()).unwrap_err().to_string();
+        assert!(refused.contains("\"train\""), "{refused}");
+        let stroke = |x, class| format!(r#"{{"frame": "rgb_0", "class": {class}, "points": [[{x}, 24]]}}"#);
+        let strokes = [stroke(16, 1), stroke(20, 1), stroke(54, 2)].join(", ");
+        let classes = [1, 2].map(|id| format!(r#"{{"id": {id}, "name": "{id}", "color": [0, 0, {id}]}}"#));
+        let text = format!(r#"{{"classes": [{}], "strokes": [{strokes}]}}"#, classes.join(", "));
+        fs::write(folder.join("clicks.json"), text).unwrap();
+        let points = simulated(own, source()).unwrap();
+        let told = points.iter().map(|point| (point.policy.as_str(), point.strokes));
+        let expected = [("own", 2), ("own", 3), ("own/nearest", 2), ("own/nearest", 3)];
+        assert_eq!(told.collect::<Vec<_>>(), expected);
+        assert!(points.iter().all(|point| point.scores.miou > 0.7), "{points:?}");
+        assert!(simulated("--policy random", source()).is_err());
     }
 
     #[test]

@@ -104,5 +104,6 @@ fn truth(shot: &Shot, labels: Vec<Vec<ClassId>>) -> SceneTruth {
         images: images.enumerate().collect(),
         train,
         test,
+        clicks: Vec::new(),
     }
 }
