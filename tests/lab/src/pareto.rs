@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 pub use course::ParetoRun;
-pub use curve::{Curve, Difference, Summary};
+pub use curve::{Curve, Summary};
 
 use super::Failure;
 use super::arguments::ParetoArguments;
@@ -138,22 +138,6 @@ pub struct CapacityPoint {
 pub const CAPACITY_COLUMNS: &str =
     "scene part factor seed parameters bytes voxels miou:4 depth_error_m:5 psnr_db:2 wall_s:2";
 
-/// How much more of a quantity there is at `factor` than at the chosen size, seed by seed, for one part of one scene;
-/// `None` where no seed has both.
-pub fn difference_to_chosen(
-    points: &[&CapacityPoint],
-    factor: f32,
-    value: impl Fn(&ParetoPoint) -> Option<f64>,
-) -> Option<Difference> {
-    let of = |seed: u64, factor: f32| {
-        let own = |point: &&&CapacityPoint| point.end.seed == seed && point.factor == factor;
-        points.iter().find(own).and_then(|point| value(&point.end))
-    };
-    let scaled = points.iter().filter(|point| point.factor == factor);
-    let differences = scaled.filter_map(|point| Some(value(&point.end)? - of(point.end.seed, 1.0)?));
-    Difference::of(&differences.collect::<Vec<f64>>())
-}
-
 /// Measures, writes `pareto.csv` and `pareto.svg` (and those of the capacity), and prints.
 pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
     let runs = runs(arguments);
@@ -200,17 +184,15 @@ pub fn run(arguments: &ParetoArguments) -> Result<(), Failure> {
         figure::capacity(arguments, threads, &capacity).write(&out.join("capacity.svg"))?;
     }
     let verdicts = verdict::verdicts(&points);
-    let of_capacity = verdict::capacity_verdicts(&capacity);
     let result = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "threads": threads,
         "points": points,
         "verdicts": verdicts,
         "capacity": capacity,
-        "capacity_verdicts": of_capacity,
     });
     let mut page = verdict::page(&points, &verdicts);
-    verdict::add_capacity(&mut page, &capacity, &of_capacity);
+    verdict::add_capacity(&mut page, &capacity);
     page.publish(&arguments.output, "pareto", &result)
 }
 

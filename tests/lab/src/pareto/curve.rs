@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::ParetoPoint;
-use crate::{mean, mean_and_deviation};
+use crate::mean_and_deviation;
 
 /// Times of different seeds that differ by less than this factor count as one.
 const SAME_TIME: f64 = 1.1;
@@ -51,11 +51,6 @@ impl Difference {
     /// Whether it is above zero beyond its spread over the seeds.
     pub fn is_gain(&self) -> bool {
         self.mean > self.deviation
-    }
-
-    /// Whether it is below zero beyond its spread over the seeds.
-    pub fn is_loss(&self) -> bool {
-        -self.mean > self.deviation
     }
 }
 
@@ -117,16 +112,6 @@ impl Curve {
         })
     }
 
-    /// Seconds until this share is reached of what `other` has in the end with the same seed: the mean over the seeds,
-    /// each linear between its measurements; where it is reached by the first of them, that is when. `None` unless all
-    /// seeds reach it.
-    pub fn reaches(&self, share: f64, other: &Self) -> Option<f64> {
-        let ends = other.at(f64::INFINITY);
-        let reached = |(seed, course): (&u64, &Vec<_>)| first(course, share * ends.get(seed)?);
-        let times: Option<Vec<f64>> = self.courses.iter().map(reached).collect();
-        Some(mean(times?)).filter(|mean| mean.is_finite())
-    }
-
     /// The first time before `wall_s` at which `other` has a higher mean than this one then, beyond the spread over the
     /// seeds: there, this one is not on the Pareto front.
     pub fn beaten_by(&self, wall_s: f64, other: &Self) -> Option<Summary> {
@@ -149,16 +134,6 @@ fn interpolated(course: &[(f64, f64)], wall_s: f64) -> Option<f64> {
         Some(&(to, next)) => value + (next - value) * (wall_s - from) / (to - from),
         None => value,
     })
-}
-
-/// The first time at which a course has a value.
-fn first(course: &[(f64, f64)], value: f64) -> Option<f64> {
-    let index = course.iter().position(|(_, own)| *own >= value)?;
-    let (to, high) = course[index];
-    let Some(&(from, low)) = index.checked_sub(1).and_then(|before| course.get(before)) else {
-        return Some(to);
-    };
-    Some(from + (to - from) * (value - low) / (high - low))
 }
 
 #[cfg(test)]
@@ -195,18 +170,6 @@ mod tests {
         assert_eq!((last.low, last.high), (0.5, 0.8));
         assert_eq!(curve.summary(2.05), None);
         assert_eq!(Curve::default().last(), None);
-    }
-
-    #[test]
-    fn a_value_is_reached_between_measurements_by_all_seeds_or_not_at_all() {
-        let curve = curve(&[&[(2.0, 0.0), (4.0, 1.0)], &[(2.0, 0.5), (4.0, 0.9)]]);
-        // The seeds end with 1.0 and 0.8 there: half of that is 0.5 and 0.4.
-        let other = self::curve(&[&[(9.0, 1.0)], &[(9.0, 0.8)]]);
-        assert!((curve.reaches(0.5, &other).unwrap() - 2.5).abs() < 1e-12);
-        assert_eq!(curve.reaches(0.0, &other), Some(2.0));
-        assert_eq!(curve.reaches(1.05, &other), None);
-        assert_eq!(Curve::default().reaches(0.5, &other), None);
-        assert_eq!(curve.reaches(0.5, &Curve::default()), None);
     }
 
     #[test]

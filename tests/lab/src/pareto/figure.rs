@@ -51,57 +51,42 @@ fn line(method: String, own: &[&ParetoPoint]) -> Series {
     Series::new(method, points)
 }
 
-/// `capacity.svg`: for each scene what the size of each part does, and what its memory is worth.
+/// `capacity.svg`: for each scene what the memory of each part is worth.
 pub(super) fn capacity(arguments: &ParetoArguments, threads: usize, points: &[CapacityPoint]) -> Figure {
-    let size: Quantity = ("parameters", &|point| {
-        point.parameters.map_or(f64::NAN, |count| count as f64)
-    });
-    let voxels: Quantity = ("voxels", &|point| point.voxels as f64);
-    let memory: Quantity = ("MB", &|point| point.bytes as f64 / 1e6);
-    let accuracy: Quantity = ("mIoU on the test frames", &|point| point.miou);
-    let psnr: Quantity = ("held-out PSNR, dB", &|point| point.psnr_db.unwrap_or(f64::NAN));
-    let mut rows = Vec::new();
-    for (scene, of_scene) in grouped(points, |point| point.end.scene.clone()) {
-        let panel = |what: &str, parts: &[Part], x: Quantity<'_>, y: Quantity<'_>| {
-            let series = parts.iter().map(|&part| sizes(&of_scene, part, [x.1, y.1]));
+    let row = |(scene, own): (String, Vec<&CapacityPoint>)| {
+        let panel = |what: &str, label: &str, parts: &[Part], value: fn(&ParetoPoint) -> f64| {
             Panel::new(
                 format!("{}: {what}", titled(arguments, &scene)),
-                Axis::new(x.0, Scale::Logarithmic),
-                Axis::new(y.0, Scale::Linear),
-                series.collect(),
+                Axis::new("MB of the model", Scale::Logarithmic),
+                Axis::new(label, Scale::Linear),
+                parts.iter().map(|&part| sizes(&own, part, value)).collect(),
             )
         };
-        let [field, surface] = [[Part::Field], [Part::Surface]];
-        rows.push(vec![
-            panel("size of the field", &field, size, accuracy),
-            panel("size of the surface", &surface, voxels, accuracy),
-        ]);
-        rows.push(vec![
-            panel("memory of the model", &Part::ALL, memory, accuracy),
-            panel("colours of the field", &field, size, psnr),
-        ]);
-    }
+        let psnr = |point: &ParetoPoint| point.psnr_db.unwrap_or(f64::NAN);
+        vec![
+            panel("labels", "mIoU on the test frames", &Part::ALL, |point| point.miou),
+            panel("colours", "held-out PSNR, dB", &[Part::Field], psnr),
+        ]
+    };
+    let scenes = grouped(points, |point| point.end.scene.clone()).into_iter();
     Figure {
         title: "Accuracy against the size of the model".to_owned(),
         subtitle: format!(
             "{}; a quarter, half, twice and four times what \"auto\" chooses, which has the ring",
             conditions(arguments, threads)
         ),
-        rows,
+        rows: scenes.map(row).collect(),
     }
 }
 
-type Value<'a> = dyn Fn(&ParetoPoint) -> f64 + 'a;
-/// What an axis shows.
-type Quantity<'a> = (&'static str, &'a Value<'a>);
-
 /// The mean over the seeds for each size of a part, with their range.
-fn sizes(points: &[&CapacityPoint], part: Part, [x, y]: [&Value; 2]) -> Series {
+fn sizes(points: &[&CapacityPoint], part: Part, value: fn(&ParetoPoint) -> f64) -> Series {
     let own = points.iter().copied().filter(|point| point.part == part);
     let mut groups = grouped(own, |point| point.factor);
     groups.sort_by(|a, b| a.0.total_cmp(&b.0));
     let point = |(factor, runs): (f32, Vec<&CapacityPoint>)| {
-        let point = Point::of_means(runs.iter().map(|run| (x(&run.end), y(&run.end))))?;
+        let megabytes = |run: &CapacityPoint| run.end.bytes as f64 / 1e6;
+        let point = Point::of_means(runs.iter().map(|run| (megabytes(run), value(&run.end))))?;
         Some(if factor == 1.0 { point.ringed() } else { point })
     };
     Series::new(part.to_string(), groups.into_iter().filter_map(point))

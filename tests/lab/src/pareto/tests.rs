@@ -37,11 +37,8 @@ fn a_session_is_measured_at_the_marks_and_a_baseline_once() {
     // Maps come within half a second, also on slow machines within five.
     let own = run(&folder, Method::Preset(Preset::Fast), &[4.0, 5.0], None);
     let last = own.last().unwrap();
-    assert!((1..=2).contains(&own.len()) && last.miou > 0.9, "{own:?}");
-    let mut timely = own
-        .iter()
-        .map(|point| point.stop.is_some() || point.wall_s >= 4.0);
-    assert!(timely.all(|timely| timely), "{own:?}");
+    assert!((1..=3).contains(&own.len()) && own[0].miou > 0.9, "{own:?}");
+    assert!(own[0].wall_s < 4.0 && (last.stop.is_some() || last.wall_s >= 4.0), "{own:?}");
     let is_own = |point: &ParetoPoint| point.method == "fast" && point.seed == 4;
     assert!(own.iter().all(is_own), "{own:?}");
     assert!(last.voxels > 0 && last.bytes > 4 * last.parameters.unwrap());
@@ -95,22 +92,4 @@ fn the_tables_have_a_row_for_each_point_and_nothing_where_nothing_is_known() {
         "scene,part,factor,seed,parameters,bytes,voxels,miou,depth_error_m,psnr_db,wall_s\n\
          wall,surface,0.25,3,100,500,7,0.5000,,28.46,1.23\n"
     );
-}
-
-#[test]
-fn sizes_are_compared_with_the_chosen_one_seed_by_seed() {
-    let sized = |(factor, seed, miou)| CapacityPoint {
-        part: Part::Field,
-        factor,
-        end: point(seed, miou),
-    };
-    // The seeds are far apart, the sizes of a seed are not.
-    let points = [(1.0, 0, 0.5), (1.0, 1, 0.9), (0.5, 0, 0.4), (0.5, 1, 0.82)];
-    let points = points.map(sized);
-    let points: Vec<&CapacityPoint> = points.iter().collect();
-    let half = difference_to_chosen(&points, 0.5, |point| Some(point.miou)).unwrap();
-    assert!((half.mean + 0.09).abs() < 1e-12 && half.is_loss());
-    assert_eq!(difference_to_chosen(&points, 2.0, |point| Some(point.miou)), None);
-    let unknown = difference_to_chosen(&points, 0.5, |point| point.depth_error_m);
-    assert_eq!(unknown, None);
 }

@@ -1,18 +1,11 @@
-//! What the measurements say of the default: where it stops, whether anything is ahead of it, what less and more of the
-//! model would do.
+//! The page, and what the measurements say of the default: whether anything is ahead of it.
 
-use std::collections::BTreeSet;
-
-use super::{CapacityPoint, Curve, Difference, ParetoPoint, Part, Summary, difference_to_chosen};
+use super::{CapacityPoint, Curve, ParetoPoint, Summary};
 use inplace_core::field::Preset;
-use inplace_core::session::TrainingEnd;
 
 use crate::commands::grouped;
 use crate::page::{Page, known};
 use crate::{mean, mean_and_deviation};
-
-/// Share of the final accuracy of the preset "accurate" whose time is told.
-const SHARE: f64 = 0.95;
 
 pub(super) fn miou(point: &ParetoPoint) -> Option<f64> {
     Some(point.miou)
@@ -20,44 +13,16 @@ pub(super) fn miou(point: &ParetoPoint) -> Option<f64> {
 
 /// What is said of the preset "auto" on each scene on which it was measured.
 pub(super) fn verdicts(points: &[ParetoPoint]) -> Vec<String> {
-    let mut all = Vec::new();
-    for (scene, points) in grouped(points, |point| point.scene.clone()) {
-        let methods = grouped(points.iter().copied(), |point| point.method.as_str()).into_iter();
-        let curves = methods.map(|(method, own)| (method, Curve::of(own, miou)));
-        let curves: Vec<(&str, Curve)> = curves.collect();
-        let of = |preset: Preset| {
-            let own = |(method, _): &&(&str, Curve)| *method == preset.name();
-            curves.iter().find(own).map(|(_, curve)| curve)
-        };
-        let Some((auto, end)) = of(Preset::Auto).and_then(|auto| Some((auto, auto.last()?))) else {
-            continue;
-        };
-        let stops = points.iter().filter(|point| point.method == Preset::Auto.name());
-        let stops: Vec<(f64, TrainingEnd)> = stops
-            .filter_map(|point| Some((point.wall_s, point.stop?)))
+    let of_scene = |(scene, points): (&str, Vec<&ParetoPoint>)| {
+        let methods = grouped(points, |point| point.method.as_str()).into_iter();
+        let curves: Vec<(&str, Curve)> = methods
+            .map(|(method, own)| (method, Curve::of(own, miou)))
             .collect();
-        let mut sentences = vec![stopped(&stops, auto.at(f64::INFINITY).len(), end.wall_s)];
-        sentences.push(on_the_front(&curves, auto, end));
-        sentences.extend(of(Preset::Accurate).and_then(|accurate| beside_accurate(auto, accurate)));
-        all.extend(
-            sentences
-                .into_iter()
-                .map(|sentence| format!("{scene}: {sentence}")),
-        );
-    }
-    all
-}
-
-/// When and why runs stopped by themselves, of so many seeds.
-fn stopped(stops: &[(f64, TrainingEnd)], seeds: usize, last_mark: f64) -> String {
-    if stops.is_empty() {
-        return format!("auto had not stopped by itself at the last mark, after {last_mark:.1} s");
-    }
-    let times: Vec<f64> = stops.iter().map(|(wall_s, _)| *wall_s).collect();
-    let (mean, deviation) = mean_and_deviation(&times);
-    let reasons: BTreeSet<&str> = stops.iter().map(|(_, reason)| reason.sentence()).collect();
-    let (count, reasons) = (stops.len(), Vec::from_iter(reasons).join("; "));
-    format!("auto stopped after {mean:.1} s ({deviation:.1}), {count} of {seeds} runs: {reasons}")
+        let (_, auto) = curves.iter().find(|(method, _)| *method == Preset::Auto.name())?;
+        Some(format!("{scene}: {}", on_the_front(&curves, auto, auto.last()?)))
+    };
+    let scenes = grouped(points, |point| point.scene.as_str()).into_iter();
+    scenes.filter_map(of_scene).collect()
 }
 
 /// The methods with a higher mean mIoU in less time, beyond the spread over the seeds: none, where "auto" is on the Pareto
@@ -78,57 +43,13 @@ fn on_the_front(curves: &[(&str, Curve)], auto: &Curve, end: Summary) -> String 
     format!("auto is not on the Pareto front with {end}: {}", ahead.join(", "))
 }
 
-/// How soon most of the accuracy of the preset "accurate" is there, seed by seed.
-fn beside_accurate(auto: &Curve, accurate: &Curve) -> Option<String> {
-    let Summary { mean, wall_s, .. } = accurate.last()?;
-    let most = format!("{:.0}% of accurate's final {mean:.3}", 100.0 * SHARE);
-    let reach = |curve: &Curve| curve.reaches(SHARE, accurate);
-    Some(match (reach(auto), reach(accurate)) {
-        (Some(auto), Some(accurate)) => format!(
-            "auto has {most} within {auto:.1} s, {:.0}% of the {accurate:.1} s that accurate needs for it and {:.0}% of its whole {wall_s:.1} s",
-            100.0 * auto / accurate,
-            100.0 * auto / wall_s,
-        ),
-        _ => format!("auto does not reach {most}"),
-    })
-}
-
-/// What a part of the model being half or twice as large does on each scene.
-pub(super) fn capacity_verdicts(points: &[CapacityPoint]) -> Vec<String> {
-    let groups = grouped(points, |point| (point.end.scene.clone(), point.part));
-    let verdict = |((scene, part), own): ((String, Part), Vec<&CapacityPoint>)| {
-        let of = |factor, unit: &str, value: fn(&ParetoPoint) -> Option<f64>| {
-            let Some(difference) = difference_to_chosen(&own, factor, value) else {
-                return "not measured".to_owned();
-            };
-            let word = match (difference.is_gain(), difference.is_loss()) {
-                (true, _) => "better",
-                (_, true) => "worse",
-                _ => "the same within the spread",
-            };
-            let Difference { mean, deviation } = difference;
-            format!("{word} ({mean:+.3} \u{b1} {deviation:.3}{unit})")
-        };
-        let both = |factor| {
-            let psnr = of(factor, " dB", |point| point.psnr_db);
-            format!("mIoU {}, PSNR {psnr}", of(factor, "", miou))
-        };
-        format!(
-            "{scene}: half of the chosen {part}: {}; twice: {}",
-            both(0.5),
-            both(2.0)
-        )
-    };
-    groups.into_iter().map(verdict).collect()
-}
-
 /// The tables, the sentences and the charts.
 pub(super) fn page(points: &[ParetoPoint], verdicts: &[String]) -> Page {
     let mut page = Page::default();
     page.paragraph(
         "Accuracy against wall time: the mIoU on the test frames, with its standard deviation over the seeds, and the \
          field's error and PSNR on held-out frames as of its newest look at them. The clock starts with the program \
-         and stands still while maps are measured.",
+         and stands still while maps are measured; a session is measured first when all frames have maps.",
     );
     let mut rows = Vec::new();
     for ((scene, method), own) in grouped(points, |point| (point.scene.clone(), point.method.clone())) {
@@ -164,7 +85,7 @@ pub(super) fn page(points: &[ParetoPoint], verdicts: &[String]) -> Page {
 }
 
 /// The same for sizes, where those were measured.
-pub(super) fn add_capacity(page: &mut Page, points: &[CapacityPoint], verdicts: &[String]) {
+pub(super) fn add_capacity(page: &mut Page, points: &[CapacityPoint]) {
     if points.is_empty() {
         return;
     }
@@ -201,6 +122,5 @@ pub(super) fn add_capacity(page: &mut Page, points: &[CapacityPoint], verdicts: 
          seconds",
         &rows,
     );
-    page.list(verdicts);
     page.chart("Accuracy against the size of the model", "capacity.svg");
 }
