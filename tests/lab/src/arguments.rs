@@ -116,8 +116,8 @@ pub struct SimulateArguments {
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// All of the below but audits, the semantic field and stereo, one after the other, on one page with their tables and charts; with --quick
-    /// in less than ten minutes.
+    /// All of the below, one after the other, on one page that begins with ten lines and two charts; of each capture what it
+    /// has the truth for. It takes about an hour, with --quick ten minutes.
     All(AllArguments),
     /// What finds wrong labels: sampled audits beside the true accuracy, and the list of contradicted strokes where wrong
     /// ones were planted.
@@ -141,15 +141,15 @@ pub enum Bench {
     /// How time and memory grow with frames, image size, rooms, classes and strokes, and with which power: the demo room,
     /// each capture in a process of its own.
     Scale(ScaleArguments),
-    /// Accuracy against wall time, for the presets and other methods on the same clicks; with --capacity, against the
-    /// size of the model.
+    /// Accuracy against wall time, for the presets; with --capacity, of models of other sizes too.
     Pareto(ParetoArguments),
 }
 
 /// Measuring everything.
 #[derive(Debug, Args)]
 pub struct AllArguments {
-    /// Folders of captures with ground truth and split.json, or "demo".
+    /// Folders of captures with ground truth and split.json, "demo", or captures with label images of test frames and
+    /// clicks.json.
     #[arg(default_value = "demo")]
     pub scenes: Vec<PathBuf>,
     /// Fewer seeds, shorter courses and the short form of the stability suite.
@@ -382,23 +382,11 @@ pub struct ParetoArguments {
         default_value = "fast,auto,accurate"
     )]
     pub presets: Vec<Preset>,
-    /// Measure other methods on the same clicks too: the click nearest in a straight line (nearest), a joint network of
-    /// positions (joint-mlp) and a pixel classifier (pixels), or some of them. They answer once.
-    #[arg(
-        long,
-        value_name = "NAME,...",
-        value_delimiter = ',',
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_values = Baseline::QUICK.map(Baseline::name),
-        value_parser = baseline
-    )]
-    pub baselines: Vec<Baseline>,
     /// Measure also what stereo makes of a scene without a field, and a field without stereo.
     #[arg(long, requires = "no_depth")]
     pub alone: bool,
-    /// Measure "auto" also with a quarter, half, twice and four times the field's table and the surface's voxels that it
-    /// chooses, each by itself.
+    /// Measure the model of "auto" by itself, and with half and twice the field's table and the surface's voxels that are
+    /// chosen for the scene.
     #[arg(long)]
     pub capacity: bool,
     /// Random clicks of every class on the training frames, given as soon as the scene is open; of a capture with label
@@ -435,7 +423,12 @@ fn by_name<T: Copy>(
 }
 
 fn policy(name: &str) -> Result<Policy, String> {
-    by_name(&Policy::ALL, Policy::name, name, "use guided, random, uniform or own")
+    by_name(
+        &Policy::ALL,
+        Policy::name,
+        name,
+        "use guided, random, uniform or own",
+    )
 }
 
 fn baseline(name: &str) -> Result<Baseline, String> {

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use rand::rngs::SmallRng;
 use rand::seq::IndexedRandom;
@@ -12,7 +13,7 @@ use serde::Serialize;
 use super::arguments::AuditArguments;
 use super::commands::begin;
 use super::learnt::settle;
-use super::page::{Page, known};
+use super::page::Page;
 use super::simulate::{Annotator, Policy};
 use super::table::csv;
 use super::{Failure, SceneTruth, mean, unusable_scene};
@@ -23,6 +24,8 @@ use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::semantics::StrokeCheck;
 use inplace_core::session::{Client, Command, Event, FrameMap, Progress, SessionOptions};
 
+/// Most seconds of training before the maps are audited.
+const TRAINING: Duration = Duration::from_secs(20);
 /// An audit that is off by no more than this is good.
 const GOOD: f64 = 0.03;
 /// One stroke in so many is planted with a wrong class.
@@ -90,10 +93,10 @@ pub fn run(arguments: &AuditArguments) -> Result<(), Failure> {
         }
     }
     export::write(&out.join("audit.csv"), csv(&points, COLUMNS)?.as_bytes())?;
-    page(&points).publish(&arguments.on.output, "audit", &points)
+    page(&points)?.publish(&arguments.on.output, "audit", &points)
 }
 
-fn page(points: &[AuditPoint]) -> Page {
+fn page(points: &[AuditPoint]) -> Result<Page, Failure> {
     let mut page = Page::default();
     page.paragraph(
         "Audits of the maps after random clicks of every class: the true accuracy, per cent of the audits within 3 points \
@@ -101,27 +104,12 @@ fn page(points: &[AuditPoint]) -> Page {
          in points. Then one stroke in ten gets a wrong class: how many of those are listed as contradicted, and of the \
          others.",
     );
-    let rows = points.iter().map(|point| {
-        let of = |value: f64, decimals| known(100.0 * value, decimals);
-        vec![
-            point.scene.clone(),
-            point.clicks.to_string(),
-            point.seed.to_string(),
-            of(point.accuracy, 1),
-            point.frames.to_string(),
-            point.places.to_string(),
-            of(point.within_3, 0),
-            of(point.error, 2),
-            of(point.covered, 0),
-            of(point.half_width, 1),
-            format!("{} of {}", point.listed, point.planted),
-            point.listed_right.to_string(),
-        ]
-    });
-    let header = "scene | clicks | seed | accuracy | frames | places | within 3 | error | covered | half width | \
-                  planted, listed | others";
-    page.table(header, &rows.collect::<Vec<_>>());
-    page
+    page.means(
+        points,
+        "scene | clicks | seed | accuracy:1% | frames:0 | places:0 | within 3=within_3:0% | error:2% | covered:0% | \
+         half width=half_width:1% | planted:0 | listed:0 | others listed=listed_right:0",
+    )?;
+    Ok(page)
 }
 
 /// Labels a scene with so many random clicks of every class, audits this share of its frames so many times with the truth
@@ -137,7 +125,7 @@ fn audits(options: &SessionOptions, clicks: usize, share: f64, audits: usize) ->
     let annotator = Annotator::new(&scene, &truth);
     let labels = annotator.labels(&annotator.clicks(Policy::Random, clicks, seed));
     run.label(labels.clone(), 1);
-    settle(&mut run, 1, None)?;
+    settle(&mut run, 1, Some(TRAINING))?;
     run.send(Command::Pause);
     let maps: Vec<Arc<FrameMap>> = match run.all_maps(1) {
         Some(maps) => maps

@@ -60,15 +60,6 @@ impl Calibration {
         Ok(())
     }
 
-    /// Adds the pixels of another count.
-    pub fn merge(&mut self, other: &Self) {
-        for (bin, more) in self.bins.iter_mut().zip(&other.bins) {
-            bin.pixels += more.pixels;
-            bin.right += more.right;
-            bin.confidence += more.confidence;
-        }
-    }
-
     /// The expected calibration error (Guo et al., Eq. 3), 0..=1: the mean over all pixels of how far accuracy and
     /// mean confidence of their bin are apart. `None` without pixels.
     pub fn error(&self) -> Option<f64> {
@@ -76,17 +67,6 @@ impl Calibration {
         let apart = |bin: &Bin| (bin.right as f64 - bin.confidence()).abs();
         let apart = self.bins.iter().map(apart);
         (pixels > 0).then(|| apart.sum::<f64>() / pixels as f64)
-    }
-
-    /// Mean confidence and accuracy of the bins with at least so large a share of all pixels, ascending.
-    pub fn reliability(&self, least_share: f64) -> Vec<(f64, f64)> {
-        let all: u64 = self.bins.iter().map(|bin| bin.pixels).sum();
-        let of = |bin: &Bin| {
-            let pixels = bin.pixels as f64;
-            let is_shown = bin.pixels > 0 && pixels >= least_share * all as f64;
-            is_shown.then(|| (bin.confidence() / pixels, bin.right as f64 / pixels))
-        };
-        self.bins.iter().filter_map(of).collect()
     }
 }
 
@@ -117,28 +97,15 @@ mod tests {
         let calibration = calibration();
         let error = (4.0 * (0.9 - 0.5) + 0.5) / 6.0;
         assert!((calibration.error().unwrap() - error).abs() < 1e-4);
-        let expected = [(0.5, 0.0), (0.9, 0.5), (1.0, 1.0)];
-        let bins = calibration.reliability(0.0);
-        assert_eq!(bins.len(), 3);
-        for ((confidence, accuracy), (a, b)) in bins.into_iter().zip(expected) {
-            assert!((confidence - a).abs() < 1e-4 && (accuracy - b).abs() < 1e-9);
-        }
-        assert_eq!(calibration.reliability(0.5).len(), 1);
         assert_eq!(Calibration::default().error(), None);
     }
 
     #[test]
-    fn merging_is_counting_together_and_unequal_sizes_are_refused() {
-        let mut merged = calibration();
-        merged.merge(&calibration());
-        assert_eq!(merged.error(), calibration().error());
-        assert_eq!(merged.reliability(0.0), calibration().reliability(0.0));
-        assert!(merged.add(&[1], &[1], &[1, 2]).is_err());
-        assert!(merged.add(&[1], &[1, 1], &[1]).is_err());
-        // Probabilities at the ends have a bin.
+    fn unequal_sizes_are_refused_and_probabilities_at_the_ends_have_a_bin() {
+        assert!(calibration().add(&[1], &[1], &[1, 2]).is_err());
+        assert!(calibration().add(&[1], &[1, 1], &[1]).is_err());
         let mut ends = Calibration::default();
         ends.add(&[1, 1], &[1, 0], &[CERTAIN, 0]).unwrap();
         assert_eq!(ends.error(), Some(0.0));
-        assert_eq!(ends.reliability(0.0), [(0.0, 0.0), (1.0, 1.0)]);
     }
 }

@@ -7,6 +7,7 @@ mod svg;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::mean;
@@ -45,8 +46,6 @@ pub struct Axis {
     pub label: String,
     /// How values become places.
     pub scale: Scale,
-    /// A value that is marked by a line, such as a target; with its name.
-    pub mark: Option<(f64, String)>,
 }
 
 /// How values become places on an axis.
@@ -91,20 +90,10 @@ impl Panel {
 }
 
 impl Axis {
-    /// An axis without a mark.
+    /// An axis.
     pub fn new(label: impl Into<String>, scale: Scale) -> Self {
-        Self {
-            label: label.into(),
-            scale,
-            mark: None,
-        }
-    }
-
-    /// The same axis with a line at `value`.
-    #[must_use]
-    pub fn with_mark(mut self, value: f64, name: impl Into<String>) -> Self {
-        self.mark = Some((value, name.into()));
-        self
+        let label = label.into();
+        Self { label, scale }
     }
 }
 
@@ -113,6 +102,18 @@ impl Series {
     pub fn new(name: impl Into<String>, points: impl IntoIterator<Item = Point>) -> Self {
         let (name, points) = (name.into(), points.into_iter().collect());
         Self { name, points }
+    }
+
+    /// A line through the means of what has the same key, in the order of the keys: key, place and value.
+    pub fn of_means<K: Ord>(
+        name: impl Into<String>,
+        measured: impl IntoIterator<Item = (K, f64, f64)>,
+    ) -> Self {
+        let mut groups: BTreeMap<K, Vec<(f64, f64)>> = BTreeMap::new();
+        for (key, x, y) in measured {
+            groups.entry(key).or_default().push((x, y));
+        }
+        Self::new(name, groups.into_values().filter_map(Point::of_means))
     }
 }
 
@@ -134,19 +135,13 @@ impl Point {
     pub fn of_means(measured: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
         let finite = measured.into_iter().filter(|(_, y)| y.is_finite());
         let (x, y): (Vec<f64>, Vec<f64>) = finite.unzip();
-        let median = Self::of_values(mean(x), y.iter().copied())?;
-        Some(Self { y: mean(y), ..median })
-    }
-
-    /// Median and range of several measurements at one place; `None` without any finite one.
-    pub fn of_values(x: f64, values: impl IntoIterator<Item = f64>) -> Option<Self> {
-        let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
-        values.sort_by(f64::total_cmp);
-        let (&low, &high) = (values.first()?, values.last()?);
-        let middle = values.len() / 2;
-        let y = 0.5 * (values[(values.len() - 1) / 2] + values[middle]);
-        let (range, ring) = ((low, high), false);
-        Some(Self { x, y, range, ring })
+        let low = y.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let point = Self::new(mean(x), mean(y));
+        (low <= high).then_some(Self {
+            range: (low, high),
+            ..point
+        })
     }
 }
 

@@ -11,8 +11,7 @@ use serde_json::json;
 
 use super::Failure;
 use super::arguments::EngineArguments;
-use super::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use super::commands::{begin, counted, grouped, processor};
+use super::commands::{begin, grouped, processor};
 use super::learnt::pool;
 use super::page::Page;
 use inplace_core::export::{self, peak_memory};
@@ -139,7 +138,6 @@ struct RunPoint {
     /// How often the field came back to an earlier state, because it had collapsed or was not finite.
     undone: u64,
     /// The time that was asked for.
-    #[serde(skip)]
     mark: f64,
 }
 
@@ -211,10 +209,12 @@ fn random_samples(volume: &Volume) -> Samples {
     Samples::along(&rays, volume, &OccupancyGrid::unknown(0.02), sampling)
 }
 
-/// Measures, writes `engine.json` and, of what was trained, `engine.svg`, and prints.
+/// Measures, writes `engine.json`, and prints.
 pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     if arguments.presets.contains(&Preset::Reference) {
-        return Err("the published network is measured by `inplace-lab bench pareto --preset reference`".into());
+        return Err(
+            "the published network is measured by `inplace-lab bench pareto --preset reference`".into(),
+        );
     }
     let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
@@ -240,13 +240,9 @@ pub fn run(arguments: &EngineArguments) -> Result<(), Failure> {
     export::write_json(&out.join("engine.json"), &result)?;
     let mut page = Page::default();
     add_paths(&mut page, &paths);
-    add_runs(&mut page, &runs);
+    add_runs(&mut page, &runs)?;
     if let Some(peak) = peak {
         page.paragraph(&format!("Peak memory: {:.2} GB.", peak as f64 / 1e9));
-    }
-    if !runs.is_empty() {
-        figure(arguments, threads, &runs).write(&out.join("engine.svg"))?;
-        page.chart("How fast the engine is", "engine.svg");
     }
     page.publish(&arguments.output, "engine", &result)
 }
@@ -313,103 +309,20 @@ fn add_paths(page: &mut Page, paths: &[PathSpeed]) {
     page.table(&format!("way{}", tables.concat()), &rows);
 }
 
-/// Median of the finite ones among some values, and the range around it where they differ, as text.
-fn spread(values: impl IntoIterator<Item = f64>, decimals: usize) -> String {
-    let Some(Point { y, range, .. }) = Point::of_values(0.0, values) else {
-        return "-".to_owned();
-    };
-    match range {
-        (low, high) if low < high => {
-            format!("{y:.decimals$} ({low:.decimals$} to {high:.decimals$})")
-        }
-        _ => format!("{y:.decimals$}"),
-    }
-}
-
-/// A row for each scene and mark: medians over the seeds, with their range.
-fn add_runs(page: &mut Page, runs: &[RunPoint]) {
+/// A row for each scene and mark: means over the seeds.
+fn add_runs(page: &mut Page, runs: &[RunPoint]) -> Result<(), Failure> {
     if runs.is_empty() {
-        return;
+        return Ok(());
     }
     page.paragraph(
         "How good the field is on frames that it was not trained on, after so many seconds of training: the median \
-         error of the ray length, the share of pixels within a tenth of it, and the PSNR of the colours; medians over \
+         error of the ray length, the share of pixels within a tenth of it, and the PSNR of the colours; means over \
          the seeds, and ranges.",
     );
-    let mut rows = Vec::new();
-    for ((scene, preset, depth), of_scene) in
-        grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
-    {
-        for (_, at) in grouped(of_scene, |run| run.mark) {
-            let of = |value: &dyn Fn(&RunPoint) -> f64, decimals| {
-                spread(at.iter().map(|run| value(run)), decimals)
-            };
-            let some = |value: Option<f32>| value.map_or(f64::NAN, |value| 100.0 * f64::from(value));
-            rows.push(vec![
-                scene.clone(),
-                preset.clone(),
-                if depth { "yes" } else { "no" }.to_owned(),
-                format!("{:.0}", at[0].seconds),
-                format!("{:.0}", at[0].steps_per_s),
-                format!("{:.0}", at[0].rays_per_s),
-                format!("{:.1}", at[0].samples_per_ray),
-                of(&|run| some(run.depth_error_m), 2),
-                of(&|run| some(run.depth_error_rel), 2),
-                of(&|run| some(run.within_tenth), 1),
-                of(&|run| f64::from(run.psnr_db), 1),
-            ]);
-        }
-    }
-    page.table(
-        "scene | preset | depth | seconds | steps/s | rays/s | samples a ray | error, cm \
-         | error, % | within 10%, % | PSNR, dB",
-        &rows,
-    );
-}
-
-/// `engine.svg`: how good each field is as it is trained.
-fn figure(arguments: &EngineArguments, threads: usize, runs: &[RunPoint]) -> Figure {
-    let first = arguments.reading.seed;
-    let seeds = match arguments.seeds {
-        1 => format!("seed {first}"),
-        count => {
-            let last = first.wrapping_add(count - 1);
-            format!("median and range over seeds {first} to {last}")
-        }
-    };
-    Figure {
-        title: "How fast the engine is".to_owned(),
-        subtitle: format!("{}, {}; {seeds}", processor(), counted(threads as u64, "thread")),
-        rows: vec![progress(runs)],
-    }
-}
-
-/// Depth error and PSNR over the seconds of training.
-fn progress(runs: &[RunPoint]) -> Vec<Panel> {
-    let lines = |value: &dyn Fn(&RunPoint) -> f64| -> Vec<Series> {
-        grouped(runs, |run| (run.scene.clone(), run.preset.clone(), run.depth))
-            .into_iter()
-            .map(|((scene, preset, depth), own)| {
-                let points = grouped(own, |run| run.mark).into_iter().filter_map(|(_, at)| {
-                    let middle = Point::of_values(0.0, at.iter().map(|run| run.seconds))?.y;
-                    Point::of_values(middle, at.iter().map(|run| value(run)))
-                });
-                let preset = match preset.as_str() {
-                    "auto" => String::new(),
-                    other => format!(", {other}"),
-                };
-                let depth = if depth { "" } else { ", no depth" };
-                Series::new(format!("{scene}{preset}{depth}"), points)
-            })
-            .collect()
-    };
-    let seconds = Axis::new("seconds of training", Scale::Logarithmic);
-    let depth = Axis::new("median error, cm", Scale::Logarithmic);
-    let of_depth = lines(&|run| 100.0 * run.depth_error_m.map_or(f64::NAN, f64::from));
-    let colour = Axis::new("PSNR, dB", Scale::Linear);
-    let of_colour = lines(&|run| f64::from(run.psnr_db));
-    vec![
-        Panel::new("Depth on held-out frames", seconds.clone(), depth, of_depth),
-        Panel::new("Colour on held-out frames", seconds, colour, of_colour),
-    ]
+    page.means(
+        runs,
+        "scene | preset | depth | seconds=mark | steps/s=steps_per_s:0 | rays/s=rays_per_s:0 | \
+         samples a ray=samples_per_ray:1 | error, cm=depth_error_m:2%~ | error, %=depth_error_rel:2%~ | \
+         within 10%, %=within_tenth:1%~ | PSNR, dB=psnr_db:1~",
+    )
 }

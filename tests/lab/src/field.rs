@@ -10,15 +10,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::arguments::FieldArguments;
-use super::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use super::commands::{begin, counted, grouped};
+use super::commands::begin;
 use super::learnt::{NodeLabels, learn, pool, spread, surface};
-use super::page::{Page, known};
+use super::page::Page;
 use super::paper::pixel_noise;
 use super::simulate::{Annotator, Policy};
 use super::table::csv;
 use super::{ConfusionMatrix, Failure, SceneTruth, unusable_scene};
-use inplace_core::arguments::TrainingArguments;
 use inplace_core::export;
 use inplace_core::field::{Preset, Ray, Trainer};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
@@ -328,14 +326,13 @@ fn labelled_by_clicks(arguments: &FieldArguments, learnt: &mut Learnt) -> Result
     Ok(points)
 }
 
-/// Measures every scene, writes `field.csv` and `field.svg`, and prints.
+/// Measures every scene, writes `field.csv`, and prints.
 pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
     if arguments.on.training.preset == Preset::Reference {
         return Err("the published network learns labels and colours at once; leave --preset away".into());
     }
     let out = &arguments.on.output.out;
     begin(out, &arguments.on.scenes)?;
-    let marks = marks(arguments);
     let threads = arguments.on.training.reading.threads();
     let pool = pool(threads)?;
     let mut points = Vec::new();
@@ -355,72 +352,18 @@ pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
         }
     }
     export::write(&out.join("field.csv"), csv(&points, COLUMNS)?.as_bytes())?;
-    figure(arguments, threads, &marks, &points).write(&out.join("field.svg"))?;
-    page(&marks, &points).publish(&arguments.on.output, "field", &points)
+    page(&points)?.publish(&arguments.on.output, "field", &points)
 }
 
-/// The points of one answer at a time; those that do not change are there at all times.
-fn at<'a>(own: &'a [&FieldPoint], answer: &'a str, mark: f64) -> impl Iterator<Item = f64> + 'a {
-    own.iter()
-        .filter(move |point| point.answer == answer && (point.seconds.is_nan() || point.seconds == mark))
-        .map(|point| point.miou)
-}
-
-/// A row for each answer, a column for each time: medians over the seeds.
-fn page(marks: &[f64], points: &[FieldPoint]) -> Page {
+/// A row for each answer and time: means over the seeds.
+fn page(points: &[FieldPoint]) -> Result<Page, Failure> {
     let mut page = Page::default();
-    page.paragraph("mIoU on the test frames against the seconds since the labels: medians over the seeds.");
-    let mut rows = Vec::new();
-    for ((scene, labels), own) in grouped(points, |point| (point.scene.clone(), point.labels.clone())) {
-        for (answer, _) in grouped(&own, |point| point.answer) {
-            let median = |&mark: &f64| {
-                let median = Point::of_values(mark, at(&own, answer, mark));
-                known(median.map(|point| point.y), 3)
-            };
-            let mut row = vec![scene.clone(), labels.clone(), answer.to_owned()];
-            row.extend(marks.iter().map(median));
-            rows.push(row);
-        }
-    }
-    let times: String = marks.iter().map(|mark| format!(" | {mark} s")).collect();
-    page.table(&format!("scene | labels | answer{times}"), &rows);
-    page.chart("What the semantic field renders", "field.svg");
-    page
-}
-
-/// A row of panels for each scene, one for each kind of labels; a line for each answer.
-fn figure(arguments: &FieldArguments, threads: usize, marks: &[f64], points: &[FieldPoint]) -> Figure {
-    let panel = |scene: &str, labels: &str, own: &[&FieldPoint]| {
-        let series = grouped(own.iter().copied(), |point| point.answer).into_iter();
-        let point = |answer, mark: f64| Point::of_values(mark, at(own, answer, mark));
-        let series = series
-            .map(|(answer, _)| Series::new(answer, marks.iter().filter_map(|&mark| point(answer, mark))));
-        Panel::new(
-            format!("{scene}, {labels}"),
-            Axis::new("seconds since the last label", Scale::Logarithmic),
-            Axis::new("mIoU on the test frames", Scale::Linear),
-            series.collect(),
-        )
-    };
-    let TrainingArguments { preset, reading } = &arguments.on.training;
-    Figure {
-        title: "What the semantic field renders, beside what the surface says".to_owned(),
-        subtitle: format!(
-            "{}{} preset, {threads} threads; median and range over {} from {}; every {} pixels along each axis",
-            if reading.no_depth { "without depth; " } else { "" },
-            preset.name(),
-            counted(arguments.seeds, "seed"),
-            reading.seed,
-            arguments.stride,
-        ),
-        rows: grouped(points, |point| point.scene.clone())
-            .into_iter()
-            .map(|(scene, own)| {
-                let labels = grouped(own, |point| point.labels.clone()).into_iter();
-                labels.map(|(labels, own)| panel(&scene, &labels, &own)).collect()
-            })
-            .collect(),
-    }
+    page.paragraph(
+        "mIoU on the test frames against the seconds since the labels, without them where an answer does not change; \
+         means over the seeds.",
+    );
+    page.means(points, "scene | labels | answer | seconds | mIoU=miou:3")?;
+    Ok(page)
 }
 
 #[cfg(test)]
@@ -429,15 +372,11 @@ mod tests {
 
     use super::*;
     use crate::arguments::{self, Arguments, Bench};
-    use crate::testing::{capture_of, options};
-    use inplace_core::labels::Class;
+    use crate::testing::{capture, options};
 
     #[test]
     fn every_answer_is_measured_at_every_time() {
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("wall");
-        let classes = [Class::new(1, "dark"), Class::new(2, "bright")];
-        capture_of(&folder, (48, 36), classes);
+        let (_root, folder) = capture();
         let words = "lab bench field x --out x --geometry 0.5 --clicks 2 --noise 40 --marks 1,0.5 --stride 2";
         let arguments = Arguments::try_parse_from(words.split(' ')).unwrap();
         let arguments::Command::Bench {

@@ -6,8 +6,7 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
 
 use super::arguments::LatencyArguments;
-use super::chart::{Axis, Figure, Panel, Point, Scale, Series};
-use super::commands::{begin, processor};
+use super::commands::begin;
 use super::learnt::{wait_for_map, wait_for_surface};
 use super::page::Page;
 use super::simulate::{Annotator, Click, Policy, name_objects};
@@ -20,9 +19,6 @@ use inplace_core::session::{Client, Command, Event, Progress, SessionOptions};
 
 /// How long training goes on between clicks, in milliseconds: random, so that clicks fall on all of its work.
 const REST_MS: std::ops::Range<u64> = 50..300;
-
-/// Most milliseconds that half of the clicks may wait for the map in view, and for all of them.
-const TARGETS: (f64, f64) = (100.0, 2000.0);
 
 /// How long clicks waited in one scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -66,9 +62,6 @@ struct Percentiles {
     p95: f64,
     /// 99%.
     p99: f64,
-    /// All values, ascending.
-    #[serde(skip)]
-    sorted: Vec<f64>,
 }
 
 impl Percentiles {
@@ -81,12 +74,11 @@ impl Percentiles {
             p50: at(50)?,
             p95: at(95)?,
             p99: at(99)?,
-            sorted: values,
         })
     }
 }
 
-/// Measures every scene, writes `latency.json` and `latency.svg`, and prints.
+/// Measures every scene, writes `latency.json`, and prints.
 pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
     let training = &arguments.on.training;
     if training.preset == Preset::Reference {
@@ -108,62 +100,22 @@ pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
         several => serde_json::to_value(several)?,
     };
     export::write_json(&out.join("latency.json"), &result)?;
-    figure(training.preset, &measured).write(&out.join("latency.svg"))?;
-    page(&measured).publish(&arguments.on.output, "latency", &result)
+    page(&measured)?.publish(&arguments.on.output, "latency", &result)
 }
 
-fn page(measured: &[Latency]) -> Page {
+fn page(measured: &[Latency]) -> Result<Page, Failure> {
     let mut page = Page::default();
     page.paragraph(
         "Milliseconds from a click to the map of the frame in view, to those of all frames, and to the suggestions \
          after it, while the field is being trained: half, 95% and 99% of the clicks wait no longer.",
     );
-    let rows = measured.iter().map(|scene| {
-        let mut row = vec![scene.scene.clone(), scene.frames.to_string()];
-        for waited in [&scene.in_view_ms, &scene.all_frames_ms, &scene.suggestions_ms] {
-            row.extend([waited.p50, waited.p95, waited.p99].map(|time| format!("{time:.0}")));
-        }
-        row
-    });
-    let header =
-        "scene | frames | in view 50% | 95% | 99% | all frames 50% | 95% | 99% | suggestions 50% | 95% | 99%";
-    page.table(header, &rows.collect::<Vec<_>>());
-    page.chart("How long a click waits for its maps", "latency.svg");
-    page
-}
-
-/// The clicks sorted by how long they waited, a line for each scene.
-fn figure(preset: Preset, measured: &[Latency]) -> Figure {
-    let panel = |title: &str, target: f64, of: fn(&Latency) -> &Percentiles| {
-        let across = Axis::new("% of clicks", Scale::Linear);
-        let up = Axis::new("milliseconds at most", Scale::Logarithmic);
-        let up = up.with_mark(target, "target for half of them");
-        let series = measured.iter().map(|scene| line(scene, &of(scene).sorted));
-        Panel::new(title, across, up, series.collect())
-    };
-    let first = measured.first();
-    Figure {
-        title: "How long a click waits for its maps while the field is being trained".to_owned(),
-        subtitle: format!(
-            "{}, {} threads, {} preset; {} clicks in each scene",
-            processor(),
-            first.map_or(0, |scene| scene.threads),
-            preset.name(),
-            first.map_or(0, |scene| scene.clicks),
-        ),
-        rows: vec![vec![
-            panel("The map of the frame in view", TARGETS.0, |own| &own.in_view_ms),
-            panel("The maps of all frames", TARGETS.1, |own| &own.all_frames_ms),
-        ]],
-    }
-}
-
-fn line(scene: &Latency, sorted: &[f64]) -> Series {
-    let share = |rank: usize| 100.0 * (rank + 1) as f64 / sorted.len() as f64;
-    let depth = if scene.depth { "" } else { ", no depth" };
-    let points = sorted.iter().enumerate();
-    let points = points.map(|(rank, &value)| Point::new(share(rank), value));
-    Series::new(format!("{}, {} frames{depth}", scene.scene, scene.frames), points)
+    page.means(
+        measured,
+        "scene | frames | in view 50%=in_view_ms.p50:0 | 95%=in_view_ms.p95:0 | 99%=in_view_ms.p99:0 | \
+         all frames 50%=all_frames_ms.p50:0 | 95%=all_frames_ms.p95:0 | 99%=all_frames_ms.p99:0 | \
+         suggestions 50%=suggestions_ms.p50:0 | 95%=suggestions_ms.p95:0 | 99%=suggestions_ms.p99:0",
+    )?;
+    Ok(page)
 }
 
 /// Lets an annotator who knows the truth click so many random pixels, equally many of every class, each on

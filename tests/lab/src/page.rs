@@ -2,9 +2,11 @@
 
 use inplace_core::export;
 use serde::Serialize;
+use serde_json::Value;
 
-use crate::Failure;
 use crate::arguments::OutputArguments;
+use crate::commands::grouped;
+use crate::{Failure, mean, table};
 
 /// Columns whose cells are longer are not filled up with spaces.
 const WIDEST: usize = 40;
@@ -63,6 +65,26 @@ impl Page {
         self.paragraph(&lines.join("\n"));
     }
 
+    /// Adds a table of items; ` | ` is between its columns, each of which is a title, `=` and a JSON key, or a key alone;
+    /// dots lead into objects. Columns without decimals tell the rows apart. Of all items in a row the others show the mean,
+    /// with so many decimals as follow `:`, times a hundred with `%` and with the range with `~`.
+    ///
+    /// # Errors
+    /// Items that JSON cannot hold.
+    pub fn means(&mut self, items: &[impl Serialize], columns: &str) -> Result<(), Failure> {
+        let items: Vec<Value> = items.iter().map(serde_json::to_value).collect::<Result<_, _>>()?;
+        let columns: Vec<Mean> = columns.split(" | ").map(Mean::of).collect();
+        let titles: Vec<&str> = columns.iter().map(|column| column.title).collect();
+        let told_apart = |item| -> Vec<Option<&Value>> {
+            let keys = columns.iter().filter(|column| column.decimals.is_none());
+            keys.map(|column| column.value(item)).collect()
+        };
+        let row = |(_, own): (_, Vec<&Value>)| columns.iter().map(|column| column.cell(&own)).collect();
+        let rows: Vec<Vec<String>> = grouped(&items, told_apart).into_iter().map(row).collect();
+        self.table(&titles.join(" | "), &rows);
+        Ok(())
+    }
+
     /// Adds what another page says, whose charts lie in `folder`.
     pub fn include(&mut self, other: &str, folder: &str) {
         let lines = other.lines().map(|line| match line.strip_prefix("![") {
@@ -101,6 +123,57 @@ impl Page {
 pub fn known(value: impl Into<Option<f64>>, decimals: usize) -> String {
     let value = value.into().filter(|value| !value.is_nan());
     value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+}
+
+/// A column of [`Page::means`].
+struct Mean<'a> {
+    title: &'a str,
+    /// A JSON pointer.
+    path: String,
+    decimals: Option<usize>,
+    is_share: bool,
+    has_range: bool,
+}
+
+impl<'a> Mean<'a> {
+    fn of(column: &'a str) -> Self {
+        let (title, told) = column.split_once('=').unwrap_or((column, column));
+        let (key, form) = told.split_once(':').unwrap_or((told, ""));
+        Self {
+            title: if title == told { key } else { title },
+            path: format!("/{}", key.replace('.', "/")),
+            decimals: form.trim_end_matches(['%', '~']).parse().ok(),
+            is_share: form.contains('%'),
+            has_range: form.contains('~'),
+        }
+    }
+
+    fn value<'b>(&self, item: &'b Value) -> Option<&'b Value> {
+        item.pointer(&self.path).filter(|value| !value.is_null())
+    }
+
+    fn cell(&self, items: &[&Value]) -> String {
+        let values = || items.iter().filter_map(|item| self.value(item));
+        let Some(decimals) = self.decimals else {
+            return match values().next() {
+                None => "-".to_owned(),
+                Some(Value::Bool(is)) => if *is { "yes" } else { "no" }.to_owned(),
+                Some(value) => table::cell(value, None),
+            };
+        };
+        let times = if self.is_share { 100.0 } else { 1.0 };
+        let numbers: Vec<f64> = values()
+            .filter_map(Value::as_f64)
+            .map(|value| times * value)
+            .collect();
+        let cell = known(mean(numbers.iter().copied()), decimals);
+        let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        match self.has_range && low < high {
+            true => format!("{cell} ({low:.decimals$} to {high:.decimals$})"),
+            false => cell,
+        }
+    }
 }
 
 /// How the cells of a column are set.
@@ -155,6 +228,24 @@ mod tests {
         );
         page.table("nothing", &[]);
         assert!(!page.as_str().contains("nothing"));
+    }
+
+    #[test]
+    fn items_that_are_alike_are_one_row() {
+        let item = |seed: u64, miou, psnr: Option<f64>| serde_json::json!({"scene": "demo", "seed": seed, "miou": miou, "field": {"psnr": psnr}});
+        let mut page = Page::default();
+        let items = [item(0, 0.25, Some(20.0)), item(1, 0.75, None)];
+        page.means(&items, "scene | mIoU, %=miou:0%~ | PSNR=field.psnr:1 | lost:0")
+            .unwrap();
+        let cells: Vec<&str> = page
+            .as_str()
+            .lines()
+            .last()
+            .unwrap()
+            .split('|')
+            .map(str::trim)
+            .collect();
+        assert_eq!(cells, ["", "demo", "50 (25 to 75)", "20.0", "-", ""]);
     }
 
     #[test]

@@ -14,12 +14,12 @@ use serde::Serialize;
 pub use recipe::{Flipped, Objects, clicks, coarse, evenly, grid, grown, pixel_noise};
 
 use super::arguments::PaperArguments;
-use super::commands::{begin, grouped};
+use super::commands::begin;
 use super::learnt::{pool, session_surface, spread};
-use super::page::{Page, known};
+use super::page::Page;
 use super::table::csv;
 use super::truth::in_image;
-use super::{Failure, SceneTruth, Scores, mean};
+use super::{Failure, SceneTruth, Scores};
 use inplace_core::export;
 use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
@@ -314,40 +314,20 @@ pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
         }
     }
     export::write(&out.join("paper.csv"), csv(&points, COLUMNS)?.as_bytes())?;
-    page(&points).publish(&arguments.on.output, "paper", &points)
+    page(&points)?.publish(&arguments.on.output, "paper", &points)
 }
 
 /// A row for each scene and experiment: means over the seeds.
-fn page(points: &[PaperPoint]) -> Page {
+fn page(points: &[PaperPoint]) -> Result<Page, Failure> {
     let mut page = Page::default();
     page.paragraph(
         "The experiments of the Semantic-NeRF paper. *Input* is the mIoU of the label images that were given; *paper* \
          the published mIoU, of Replica rooms, without depth, after 200,000 steps on a GPU.",
     );
-    let mut rows = Vec::new();
-    for ((scene, depth, experiment), runs) in grouped(points, |point| {
-        (point.scene.clone(), point.depth, point.experiment)
-    }) {
-        let of = |value: &dyn Fn(&PaperPoint) -> f64, decimals| {
-            known(mean(runs.iter().map(|run| value(run))), decimals)
-        };
-        rows.push(vec![
-            scene,
-            experiment.to_owned(),
-            if depth { "yes" } else { "no" }.to_owned(),
-            of(&|run| run.input_miou, 3),
-            of(&|run| run.scores.miou, 3),
-            of(&|run| run.scores.average_accuracy, 3),
-            of(&|run| run.scores.total_accuracy, 3),
-            of(&|run| run.scores.boundary_miou.unwrap_or(f64::NAN), 3),
-            of(&|run| run.wall_s, 1),
-            known(runs[0].paper_miou, 3),
-        ]);
-    }
-    page.table(
-        "scene | experiment | depth | input | mIoU | average accuracy | total accuracy | \
-         boundary mIoU | seconds | paper",
-        &rows,
-    );
-    page
+    page.means(
+        points,
+        "scene | experiment | depth | input=input_miou:3 | mIoU=miou:3 | average accuracy=average_accuracy:3 | \
+         total accuracy=total_accuracy:3 | boundary mIoU=boundary_miou:3 | seconds=wall_s:1 | paper=paper_miou:3",
+    )?;
+    Ok(page)
 }

@@ -96,37 +96,95 @@ const TREES: usize = 50;
 /// Features tried at each split: about the root of their number.
 const TRIED: usize = 5;
 
-/// Features with their class.
-pub type Sample<const N: usize> = ([f32; N], ClassId);
+/// Responses with their class.
+pub type Sample = ([f32; RESPONSES], ClassId);
 
-/// A random forest over N features.
+/// A random forest over the responses.
 #[derive(Clone, Debug)]
-pub struct Forest<const N: usize> {
+pub struct Forest {
     trees: Vec<Tree>,
 }
 
-impl<const N: usize> Forest<N> {
+impl Forest {
     /// Learns from samples; void answers everything where there are none.
-    pub fn grown(samples: &[Sample<N>], seed: u64) -> Self {
+    pub fn grown(samples: &[Sample], seed: u64) -> Self {
         let grown = |tree: u64| Tree::grown(samples, seed ^ (tree << 32));
         let trees = (0..TREES as u64).into_par_iter().map(grown).collect();
         Self { trees }
     }
 
     /// The classes that the trees say, ascending, with the share of the trees that say each.
-    pub fn shares(&self, features: &[f32; N]) -> Vec<(ClassId, f32)> {
+    pub fn shares(&self, features: &[f32; RESPONSES]) -> Vec<(ClassId, f32)> {
         let mut said: Vec<ClassId> = self.trees.iter().map(|tree| tree.class(features)).collect();
         said.sort_unstable();
         let share = |run: &[ClassId]| (run[0], run.len() as f32 / TREES as f32);
         said.chunk_by(|a, b| a == b).map(share).collect()
     }
+}
 
-    /// The class that most trees say, the smallest id of those with as many.
-    pub fn class(&self, features: &[f32; N]) -> ClassId {
-        let shares = self.shares(features);
-        let most = shares.iter().rev().max_by(|a, b| a.1.total_cmp(&b.1));
-        most.map_or(VOID, |&(class, _)| class)
+/// One pixel in so many along each axis is classified; its neighbours get the same.
+const STRIDE: usize = 2;
+
+/// Class probabilities of a frame: the shares of the trees.
+pub struct Prediction {
+    width: usize,
+    height: usize,
+    /// Ascending, each once.
+    pub classes: Vec<ClassId>,
+    /// Of every second pixel along each axis, `[rows, columns, classes]`.
+    probabilities: Vec<f32>,
+}
+
+impl Prediction {
+    /// The probabilities of these classes.
+    pub fn of(frame: &Frame, forest: &Forest, classes: &[ClassId]) -> Self {
+        let bank = FilterBank::of(frame);
+        let mut classes = classes.to_vec();
+        classes.sort_unstable();
+        classes.dedup();
+        let mut probabilities = Vec::new();
+        for y in (0..bank.height).step_by(STRIDE) {
+            for x in (0..bank.width).step_by(STRIDE) {
+                let mut shares = forest.shares(&bank.at(x, y)).into_iter().peekable();
+                probabilities.extend(classes.iter().map(|class| {
+                    let said = shares.next_if(|(said, _)| said == class);
+                    said.map_or(0.0, |(_, share)| share)
+                }));
+            }
+        }
+        Self {
+            width: bank.width,
+            height: bank.height,
+            classes,
+            probabilities,
+        }
     }
+
+    /// The probabilities of a pixel.
+    pub fn at(&self, pixel: usize) -> &[f32] {
+        let (columns, count) = (self.width.div_ceil(STRIDE), self.classes.len());
+        let place = (pixel / self.width / STRIDE) * columns + pixel % self.width / STRIDE;
+        &self.probabilities[place * count..(place + 1) * count]
+    }
+
+    /// The likeliest class of every pixel.
+    pub fn labels(&self) -> Vec<ClassId> {
+        let pixels = 0..self.width * self.height;
+        pixels
+            .map(|pixel| likeliest(&self.classes, self.at(pixel)))
+            .collect()
+    }
+}
+
+/// The class with the largest value, the first of those with it; void without any.
+pub fn likeliest(classes: &[ClassId], values: &[f32]) -> ClassId {
+    let mut best = (f32::NEG_INFINITY, VOID);
+    for (&value, &class) in values.iter().zip(classes) {
+        if value > best.0 {
+            best = (value, class);
+        }
+    }
+    best.1
 }
 
 /// A decision tree, grown until its leaves are pure (CART with Gini impurity).
@@ -143,21 +201,21 @@ enum Tree {
 
 impl Tree {
     /// From as many samples as there are, drawn with repetition.
-    fn grown<const N: usize>(samples: &[Sample<N>], seed: u64) -> Self {
+    fn grown(samples: &[Sample], seed: u64) -> Self {
         let mut rng = SmallRng::seed_from_u64(seed);
         let drawn = (0..samples.len()).map(|_| &samples[rng.random_range(0..samples.len())]);
-        let drawn: Vec<&Sample<N>> = drawn.collect();
+        let drawn: Vec<&Sample> = drawn.collect();
         Self::on(drawn, &mut rng)
     }
 
-    fn on<const N: usize>(mut samples: Vec<&Sample<N>>, rng: &mut SmallRng) -> Self {
+    fn on(mut samples: Vec<&Sample>, rng: &mut SmallRng) -> Self {
         let Some(first) = samples.first() else {
             return Self::Leaf(VOID);
         };
         let class = first.1;
         let mut best: Option<(f32, usize, f32)> = None;
         if samples.iter().any(|sample| sample.1 != class) {
-            for feature in (0..N).choose_multiple(rng, TRIED) {
+            for feature in (0..RESPONSES).choose_multiple(rng, TRIED) {
                 samples.sort_by(|a, b| a.0[feature].total_cmp(&b.0[feature]));
                 if let Some((impurity, threshold)) = cut(&samples, feature)
                     && best.is_none_or(|(least, ..)| impurity < least)
@@ -169,7 +227,7 @@ impl Tree {
         let Some((_, feature, threshold)) = best else {
             return Self::Leaf(most_common(&samples));
         };
-        let is_low = |sample: &&Sample<N>| sample.0[feature] <= threshold;
+        let is_low = |sample: &&Sample| sample.0[feature] <= threshold;
         let (low, high) = samples.into_iter().partition(is_low);
         Self::Split {
             feature,
@@ -194,7 +252,7 @@ impl Tree {
 }
 
 /// Number of samples of each class.
-fn counted<const N: usize>(samples: &[&Sample<N>]) -> BTreeMap<ClassId, f32> {
+fn counted(samples: &[&Sample]) -> BTreeMap<ClassId, f32> {
     let mut counts = BTreeMap::new();
     for (_, class) in samples {
         *counts.entry(*class).or_default() += 1.0;
@@ -203,7 +261,7 @@ fn counted<const N: usize>(samples: &[&Sample<N>]) -> BTreeMap<ClassId, f32> {
 }
 
 /// The class of most samples, the smallest id of those with as many.
-fn most_common<const N: usize>(samples: &[&Sample<N>]) -> ClassId {
+fn most_common(samples: &[&Sample]) -> ClassId {
     let most = counted(samples)
         .into_iter()
         .rev()
@@ -212,7 +270,7 @@ fn most_common<const N: usize>(samples: &[&Sample<N>]) -> ClassId {
 }
 
 /// The threshold that separates sorted samples best with the impurity that is left; `None` where all are equal.
-fn cut<const N: usize>(samples: &[&Sample<N>], feature: usize) -> Option<(f32, f32)> {
+fn cut(samples: &[&Sample], feature: usize) -> Option<(f32, f32)> {
     let mut above = counted(samples);
     let mut below: BTreeMap<ClassId, f32> = BTreeMap::new();
     let total = samples.len() as f32;

@@ -9,12 +9,12 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::Failure;
 use super::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use super::commands::{counted, grouped, processor};
-use super::page::{Page, known};
+use super::page::Page;
 use super::table::csv;
 use crate::arguments::ScaleArguments;
 use inplace_core::export;
@@ -25,9 +25,6 @@ pub use strokes::scattered;
 
 /// An exponent above which growth is worth a look: it is set in bold.
 const STEEP: f64 = 1.2;
-
-/// The name of the peak memory among [`QUANTITIES`].
-const MEMORY: &str = "peak memory";
 
 /// What is varied while everything else stays as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -246,8 +243,8 @@ fn fit(mut points: Vec<(f64, f64)>) -> Option<(f64, [f64; 2], usize)> {
     Some((covariance / variance, [from, to], kept))
 }
 
-/// `scale.csv`: a row for each setting of each sweep.
-pub fn table(measured: &[Measured]) -> serde_json::Result<String> {
+/// A row for each setting of each sweep, with memory in 10^6 bytes.
+fn rows(measured: &[Measured]) -> serde_json::Result<Vec<Value>> {
     let row = |one: &Measured| {
         let mut row = serde_json::to_value(one)?;
         let megabytes = |bytes: Option<u64>| json!(bytes.map(|bytes| bytes as f64 / 1e6));
@@ -256,12 +253,12 @@ pub fn table(measured: &[Measured]) -> serde_json::Result<String> {
         row["voxels"] = json!(one.cost.surface_nodes);
         Ok(row)
     };
-    csv(
-        &measured.iter().map(row).collect::<serde_json::Result<Vec<_>>>()?,
-        "sweep frames width height rooms classes strokes opening_s:3 surface_s:3 map_in_view_s:4 all_maps_s:4 \
-         update_s:4 steps_per_s:2 peak_opening_mb:1 peak_mb:1 voxels parameters",
-    )
+    measured.iter().map(row).collect()
 }
+
+/// The columns of `scale.csv`.
+const COLUMNS: &str = "sweep frames width height rooms classes strokes opening_s:3 surface_s:3 map_in_view_s:4 \
+                       all_maps_s:4 update_s:4 steps_per_s:2 peak_opening_mb:1 peak_mb:1 voxels parameters";
 
 /// Measures, writes `scale.json`, `scale.csv` and `scale.svg`, and prints.
 pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
@@ -307,45 +304,29 @@ pub fn run(arguments: &ScaleArguments) -> Result<(), Failure> {
         "exponents": exponents,
     });
     export::write_json(&out.join("scale.json"), &result)?;
-    export::write(&out.join("scale.csv"), table(&measured)?.as_bytes())?;
+    export::write(
+        &out.join("scale.csv"),
+        csv(&rows(&measured)?, COLUMNS)?.as_bytes(),
+    )?;
     figure(base, threads, &measured, &exponents).write(&out.join("scale.svg"))?;
-    page(&measured, &exponents).publish(&arguments.output, "scale", &result)
+    page(&measured, &exponents)?.publish(&arguments.output, "scale", &result)
 }
 
-fn page(measured: &[Measured], exponents: &[Exponent]) -> Page {
+fn page(measured: &[Measured], exponents: &[Exponent]) -> Result<Page, Failure> {
     let mut page = Page::default();
     page.paragraph(
         "Seconds until a capture of the demo room is open, until its surface is known, from the strokes to the map of \
          the frame in view and to those of all frames, and from one more click to all maps again.",
     );
-    let rows = measured.iter().map(|Measured { sweep, setting, cost }| {
-        vec![
-            sweep.name().to_owned(),
-            setting.frames.to_string(),
-            format!("{} x {}", setting.width, setting.height),
-            setting.rooms.to_string(),
-            setting.classes.to_string(),
-            setting.strokes.to_string(),
-            format!("{:.2}", cost.opening_s),
-            format!("{:.2}", cost.surface_s),
-            format!("{:.3}", cost.map_in_view_s),
-            format!("{:.3}", cost.all_maps_s),
-            format!("{:.3}", cost.update_s),
-            // Nothing was left to train when the maps had been read.
-            known(Some(cost.steps_per_s).filter(|&steps| steps > 0.0), 0),
-            known(cost.peak_memory_bytes.map(|bytes| bytes as f64 / 1e9), 2),
-            cost.surface_nodes.to_string(),
-            cost.parameters.to_string(),
-        ]
-    });
-    page.table(
-        "varied | frames | size | rooms | classes | strokes | opening | surface | map in \
-         view | all maps | one more click | steps/s | peak, GB | voxels | parameters",
-        &rows.collect::<Vec<_>>(),
-    );
+    page.means(
+        &rows(measured)?,
+        "varied=sweep | frames | width | height | rooms | classes | strokes | opening=opening_s:2 | surface=surface_s:2 | \
+         map in view=map_in_view_s:3 | all maps=all_maps_s:3 | one more click=update_s:3 | steps/s=steps_per_s:0 | \
+         peak, MB=peak_mb:0 | voxels:0 | parameters:0",
+    )?;
     add_exponents(&mut page, exponents);
     page.chart("How cost grows", "scale.svg");
-    page
+    Ok(page)
 }
 
 /// A row for each quantity, a column for each sweep; steep growth is bold.
@@ -379,13 +360,12 @@ fn short(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A panel of seconds for each sweep, and one of the peak memory of all.
+/// A panel of seconds for each sweep.
 fn figure(base: Setting, threads: usize, measured: &[Measured], exponents: &[Exponent]) -> Figure {
     let swept = |sweep: &Sweep| measured.iter().any(|one| one.sweep == *sweep);
     let sweeps: Vec<Sweep> = Sweep::ALL.into_iter().filter(swept).collect();
     let panels = sweeps.iter().map(|&sweep| seconds(sweep, measured, exponents));
-    let mut panels: Vec<Panel> = panels.collect();
-    panels.push(memory(&sweeps, base, measured, exponents));
+    let panels: Vec<Panel> = panels.collect();
     Figure {
         title: "How cost grows".to_owned(),
         subtitle: format!(
@@ -423,25 +403,6 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
         title,
         Axis::new(label, Scale::Logarithmic),
         Axis::new("seconds", Scale::Logarithmic),
-        series.collect(),
-    )
-}
-
-/// Peak memory over multiples of what there is of everything where nothing is varied.
-fn memory(sweeps: &[Sweep], base: Setting, measured: &[Measured], exponents: &[Exponent]) -> Panel {
-    let gigabytes = |one: &Measured| {
-        let bytes = one.cost.peak_memory_bytes;
-        bytes.map_or(f64::NAN, |bytes| bytes as f64 / 1e9)
-    };
-    let series = sweeps.iter().map(|&sweep| {
-        let own = measured.iter().filter(|one| one.sweep == sweep);
-        let points = ascending(own.map(|one| Point::new(one.value() / base.of(sweep), gigabytes(one))));
-        Series::new(named(sweep.name(), sweep, MEMORY, exponents), points)
-    });
-    Panel::new(
-        "Peak memory",
-        Axis::new("times the usual number", Scale::Logarithmic),
-        Axis::new("GB", Scale::Logarithmic),
         series.collect(),
     )
 }

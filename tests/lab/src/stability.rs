@@ -181,7 +181,7 @@ pub fn conditions() -> Vec<Condition> {
 }
 
 /// Tries conditions on a scene with seeds that count up, those of the demo alone on that only; `begins` is told of each run
-/// before it, by condition and seed, and `ended` after it.
+/// before it, by condition and seed.
 ///
 /// # Errors
 /// A scene without ground truth, or with nothing to try on it. A run that fails is an outcome without a figure.
@@ -190,7 +190,6 @@ pub fn stability(
     conditions: &[Condition],
     settings: &Settings,
     begins: &mut dyn FnMut(&str, u64),
-    ended: &dyn Fn(&Outcome),
 ) -> Result<Vec<Outcome>, Failure> {
     let truth = SceneTruth::read(scene)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
@@ -201,9 +200,7 @@ pub fn stability(
             let seed = &mut settings.training.reading.seed;
             *seed = seed.wrapping_add(run);
             begins(condition.name, *seed);
-            let outcome = tried(scene, &truth, &condition, &settings, &outcomes);
-            ended(&outcome);
-            outcomes.push(outcome);
+            outcomes.push(tried(scene, &truth, &condition, &settings, &outcomes));
         }
     }
     Ok(outcomes)
@@ -326,13 +323,7 @@ pub fn run(arguments: &Settings) -> Result<(), Failure> {
         let mut begins = |name: &str, seed| {
             progress.show(format!("{}, seed {seed}: {name}", argument.display()));
         };
-        let ended = |outcome: &Outcome| {
-            if !outcome.is_met() {
-                eprintln!("{}", missed(outcome));
-            }
-        };
-        let tried = stability(&scene, &wanted, arguments, &mut begins, &ended)?;
-        outcomes.extend(tried);
+        outcomes.extend(stability(&scene, &wanted, arguments, &mut begins)?);
     }
     export::write(&out.join("stability.csv"), table(&outcomes)?.as_bytes())?;
     page(arguments, &outcomes).publish(&arguments.output, "stability", &outcomes)?;
@@ -343,21 +334,6 @@ pub fn run(arguments: &Settings) -> Result<(), Failure> {
     } else {
         Err(format!("conditions missed their line: {}", failed.join(", ")).into())
     }
-}
-
-fn missed(outcome: &Outcome) -> String {
-    let mut sentence = format!(
-        "{}, {} with seed {}: {}, below its line of {:.3}",
-        outcome.scene,
-        outcome.condition,
-        outcome.seed,
-        number(outcome.figure),
-        outcome.line
-    );
-    for told in &outcome.told {
-        sentence += &format!("; {told}");
-    }
-    sentence
 }
 
 fn number(figure: Option<f64>) -> String {

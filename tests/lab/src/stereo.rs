@@ -8,7 +8,7 @@ use super::Failure;
 use super::arguments::StereoArguments;
 use super::commands::begin;
 use super::learnt::refine_poses;
-use super::page::{Page, known};
+use super::page::Page;
 use super::table::csv;
 use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource};
 use inplace_core::session::Progress;
@@ -69,32 +69,21 @@ pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
         points.extend(pool.install(|| stereo_depth(&scene, &told))?);
     }
     export::write(&out.join("stereo.csv"), csv(&points, COLUMNS)?.as_bytes())?;
-    page(threads, &points).publish(&arguments.output, "stereo", &points)
+    page(threads, &points)?.publish(&arguments.output, "stereo", &points)
 }
 
-fn page(threads: usize, points: &[StereoPoint]) -> Page {
+fn page(threads: usize, points: &[StereoPoint]) -> Result<Page, Failure> {
     let mut page = Page::default();
     page.paragraph(&format!(
         "Depth from colours alone, {threads} threads: per cent of the pixels that have depth, relative errors of the \
          median pixel and of that near edges of the measured depth, and per cent of the pixels within 1, 5 and 10%."
     ));
-    let rows = points.iter().map(|point| {
-        let of = |values: &[f64]| {
-            values
-                .iter()
-                .map(|value| known(100.0 * value, 1))
-                .collect::<Vec<_>>()
-        };
-        let mut row = vec![point.scene.clone(), format!("{} {}", point.size, point.stage)];
-        row.push(format!("{:.1}", point.seconds));
-        row.extend(of(&[point.complete]));
-        row.extend([point.error, point.edge_error].map(|error| known(100.0 * error, 2)));
-        row.extend(of(&[point.within_1, point.within_5, point.within_10]));
-        row
-    });
-    let header = "scene | stage | seconds | complete | median | at edges | 1% | 5% | 10%";
-    page.table(header, &rows.collect::<Vec<_>>());
-    page
+    page.means(
+        points,
+        "scene | size | stage | seconds:1 | complete:1% | median=error:2% | at edges=edge_error:2% | 1%=within_1:1% | \
+         5%=within_5:1% | 10%=within_10:1%",
+    )?;
+    Ok(page)
 }
 
 /// Refines the poses of a scene where that helps, estimates its depth as a session does, and measures it after each stage;

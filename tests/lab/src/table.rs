@@ -28,7 +28,8 @@ pub fn csv(items: &[impl Serialize], columns: &str) -> Result<String> {
     Ok(text)
 }
 
-fn cell(value: &Value, decimals: Option<usize>) -> String {
+/// A value as text, with so many decimals; nothing where it is null.
+pub fn cell(value: &Value, decimals: Option<usize>) -> String {
     match (value, value.as_f64(), decimals) {
         (Value::Null, ..) => String::new(),
         (Value::String(text), ..) => text.clone(),

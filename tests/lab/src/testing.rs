@@ -58,19 +58,13 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
     Scene::new(SceneSource::Demo, "test", frames.collect())
 }
 
-/// Writes a capture named "wall" with the classes 1 and 2, in a folder that is removed in the end.
+/// Writes a capture named "wall", in a folder that is removed in the end: six frames of a wall that is dark on the left and
+/// bright on the right, the classes 1 and 2; every other frame is held out.
 pub fn capture() -> (TempDir, PathBuf) {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("wall");
     let classes = [Class::new(1, "dark"), Class::new(2, "bright")];
-    capture_of(&folder, (64, 48), classes);
-    (root, folder)
-}
-
-/// Writes six frames of a wall that is dark on the left and bright on the right, each a class of its own; every other
-/// frame is held out.
-pub fn capture_of(folder: &Path, (width, height): (u32, u32), classes: [Class; 2]) {
-    let scene = wall(6, width, height);
+    let scene = wall(6, 64, 48);
     let labels = |frame: &Frame| -> Vec<ClassId> {
         let class = |pixel| classes[usize::from(frame.color().pixel(pixel)[0] > 128)].id;
         (0..frame.camera.pixels()).map(class).collect()
@@ -82,5 +76,6 @@ pub fn capture_of(folder: &Path, (width, height): (u32, u32), classes: [Class; 2
         objects: None,
         held_out: &[1, 3, 5],
     };
-    write_replica(&scene, folder, Some(&truth)).unwrap();
+    write_replica(&scene, &folder, Some(&truth)).unwrap();
+    (root, folder)
 }

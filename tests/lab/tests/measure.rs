@@ -75,9 +75,7 @@ fn a_simulated_annotator_labels_the_demo() {
     let table = fs::read_to_string(out.join("results.csv")).unwrap();
     assert!(table.starts_with("scene,policy,seed,clicks_per_class,strokes,miou,"));
     assert_eq!(table.lines().count(), 2);
-    for file in ["calibration.csv", "results.svg", "calibration.svg"] {
-        assert!(out.join(file).is_file(), "{file}");
-    }
+    assert!(out.join("results.svg").is_file());
 }
 
 #[test]
@@ -89,7 +87,6 @@ fn how_long_clicks_wait_is_measured_in_the_demo() {
     for (count, least) in [("frames", 4), ("surface_nodes", 1), ("sessions", 1)] {
         assert!(latency[count].as_u64().unwrap() >= least, "{count}: {latency}");
     }
-    assert!(latency["in_view_ms"].get("sorted").is_none(), "{latency}");
     for percentile in ["p50", "p95", "p99"] {
         let of = |key: &str| latency[key][percentile].as_f64().unwrap();
         let waited = ["in_view_ms", "all_frames_ms", "suggestions_ms"].map(of);
@@ -97,7 +94,6 @@ fn how_long_clicks_wait_is_measured_in_the_demo() {
     }
     let written = fs::read_to_string(out.join("latency.json")).unwrap();
     assert_eq!(serde_json::from_str::<Value>(&written).unwrap(), latency);
-    assert!(out.join("latency.svg").is_file());
 }
 
 #[test]
@@ -131,7 +127,7 @@ fn how_cost_grows_with_frames_is_measured_and_fitted() {
     assert!(table.starts_with(header), "{table}");
     assert_eq!(table.lines().count(), 3);
     let chart = fs::read_to_string(out.join("scale.svg")).unwrap();
-    for text in ["By frames", "Peak memory", "one more click, "] {
+    for text in ["By frames", "one more click, "] {
         assert!(chart.contains(text), "{text}");
     }
 }

@@ -32,8 +32,7 @@ fn lines(out: &mut Svg, panel: &Panel, (x, y): (f64, f64), width: f64) -> Option
     let all = || series.iter().flat_map(|own| &own.points);
     let points = || all().filter(|point| drawable(point));
     let (top, bottom) = (y + HEAD, y + HEIGHT - FOOT);
-    let in_bands = points().flat_map(|point| [point.y, point.range.0, point.range.1]);
-    let values = in_bands.chain(up.mark.iter().map(|(at, _)| *at));
+    let values = points().flat_map(|point| [point.y, point.range.0, point.range.1]);
     let vertical = Range::of(up.scale, values, bottom - top, 38.0)?;
     let texts = tick_texts(&vertical.ticks);
     let left = widest(&texts, 11.0) + 8.0;
@@ -57,13 +56,6 @@ fn lines(out: &mut Svg, panel: &Panel, (x, y): (f64, f64), width: f64) -> Option
     }
     out.line("axis", (x + left, bottom), (x + left + length, bottom));
     out.text("muted label end", x + left + length, bottom + 34.0, &across.label);
-    if let Some((at, name)) = up.mark.as_ref().filter(|(at, _)| is_drawable(up.scale, *at)) {
-        let at = place_y(*at);
-        out.line("mark", (x + left, at), (x + left + length, at));
-        // Beside the label of the axis the name would crowd: then it goes below the line.
-        let above = if at - top < 14.0 { 14.0 } else { -5.0 };
-        out.text("tick", x + left + 4.0, at + above, name);
-    }
 
     // Not a number breaks a line: nothing is claimed about what is between.
     for (index, own) in series.iter().enumerate() {

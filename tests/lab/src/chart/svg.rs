@@ -9,13 +9,13 @@ text{font:12px system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,
 .title{font-size:17px;font-weight:600}.head{font-size:13px;font-weight:600}.label{font-size:11.5px}
 .tick,.muted{fill:#59636e}.tick{font-size:11px}.end{text-anchor:end}.middle{text-anchor:middle}
 .page{fill:#ffffff}.grid{stroke:#e3e7ec}.axis{stroke:#8c959f}.leader{stroke:#b4bcc5}
-.mark{stroke:#59636e;stroke-dasharray:4 3}.line{fill:none;stroke-width:2;stroke-linejoin:round;stroke-linecap:round}
+.line{fill:none;stroke-width:2;stroke-linejoin:round;stroke-linecap:round}
 .ring{fill:none;stroke-width:2}.band{opacity:.16}.point{stroke:#ffffff;stroke-width:1}
 .f0{fill:#0072b2}.f1{fill:#c94f00}.f2{fill:#00805d}.f3{fill:#b3568a}.f4{fill:#9a6700}.f5{fill:#2b8fc7}.f6{fill:#4b535c}
 .l0{stroke:#0072b2}.l1{stroke:#c94f00}.l2{stroke:#00805d}.l3{stroke:#b3568a}.l4{stroke:#9a6700}.l5{stroke:#2b8fc7}.l6{stroke:#4b535c}
 @media (prefers-color-scheme:dark){
 text{fill:#e6edf3}.tick,.muted{fill:#9da7b3}
-.page{fill:#0d1117}.grid{stroke:#22282f}.axis{stroke:#6e7681}.leader{stroke:#4a525b}.mark{stroke:#9da7b3}
+.page{fill:#0d1117}.grid{stroke:#22282f}.axis{stroke:#6e7681}.leader{stroke:#4a525b}
 .band{opacity:.24}.point{stroke:#0d1117}
 .f0{fill:#4aa8e0}.f1{fill:#f0803c}.f2{fill:#2fb890}.f3{fill:#dc8fbb}.f4{fill:#e0a92e}.f5{fill:#8fd0f5}.f6{fill:#c3cad2}
 .l0{stroke:#4aa8e0}.l1{stroke:#f0803c}.l2{stroke:#2fb890}.l3{stroke:#dc8fbb}.l4{stroke:#e0a92e}.l5{stroke:#8fd0f5}.l6{stroke:#c3cad2}

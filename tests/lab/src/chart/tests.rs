@@ -10,7 +10,7 @@ fn lines(series: Vec<Series>, scale: Scale) -> String {
         rows: vec![vec![Panel::new(
             "Depth",
             Axis::new("seconds", scale),
-            Axis::new("error, cm", scale).with_mark(2.0, "target"),
+            Axis::new("error, cm", scale),
             series,
         )]],
     }
@@ -107,7 +107,7 @@ fn every_name_and_every_point_appears_in_well_formed_xml() {
     all[0].points[1] = all[0].points[1].ringed();
     for scale in [Scale::Linear, Scale::FromZero, Scale::Logarithmic] {
         let svg = lines(all.to_vec(), scale);
-        let texts = "office &quot;a&quot;|R&amp;D|x &lt; y|target|Depth|error, cm|seconds|2 threads, seeds 0 to 2\
+        let texts = "office &quot;a&quot;|R&amp;D|x &lt; y|Depth|error, cm|seconds|2 threads, seeds 0 to 2\
                      |Error &amp; &lt;time&gt;";
         for text in texts.split('|') {
             assert!(svg.contains(&format!(">{text}</text>")), "{text}");
@@ -144,13 +144,12 @@ fn what_has_no_place_is_left_out_and_breaks_the_line() {
 }
 
 #[test]
-fn a_band_spans_the_seeds_around_their_median() {
-    assert_eq!(Point::of_values(1.0, [f64::NAN]), None);
-    let point = Point::of_values(1.0, [4.0, f64::NAN, 1.0, 2.0]).unwrap();
-    assert_eq!((point.y, point.range), (2.0, (1.0, 4.0)));
-    assert_eq!(Point::of_values(1.0, [1.0, 2.0]).unwrap().y, 1.5);
+fn a_band_spans_the_seeds_around_their_mean() {
+    assert_eq!(Point::of_means([(1.0, f64::NAN)]), None);
+    let point = Point::of_means([(1.0, 4.0), (9.0, f64::NAN), (2.0, 1.0)]).unwrap();
+    assert_eq!((point.x, point.y, point.range), (1.5, 2.5, (1.0, 4.0)));
     let band = Series::new("a", [point, Point { x: 2.0, ..point }]);
     let svg = lines(vec![band], Scale::Linear);
     assert_eq!(svg.matches("class=\"band").count(), 1);
-    assert!(svg.contains("a: 2 at 1 (1 to 4)"));
+    assert!(svg.contains("a: 2.5 at 1.5 (1 to 4)"));
 }

@@ -1,7 +1,7 @@
 //! Table 4: the fusion of imperfect predictions of single images.
 //!
-//! In place of the paper's network, a random forest on filter responses and the height in the image, taught by the label
-//! images of the test frames, predicts the training frames.
+//! In place of the paper's network, a random forest on filter responses, taught by the label images of the test frames,
+//! predicts the training frames.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -13,10 +13,9 @@ use rayon::prelude::*;
 use super::{Found, PaperPoint, evenly};
 use crate::Failure;
 use crate::learnt::{NodeLabels, spread};
-use crate::pixels::{FilterBank, Forest, RESPONSES, Sample};
+use crate::pixels::{FilterBank, Forest, Prediction, Sample, likeliest};
 use crate::truth::in_image;
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
-use inplace_core::scene::Frame;
 use inplace_core::semantics::{NO_NODE, Surface};
 
 /// Frames that teach, and pixels of them, those of a class by the root of its number.
@@ -24,38 +23,27 @@ const FRAMES: usize = 30;
 const SAMPLES: usize = 8000;
 /// Pixels of a frame among which the samples are chosen.
 const CANDIDATES: usize = 2000;
-/// One pixel in so many along each axis is classified; its neighbours get the same.
-const STRIDE: usize = 2;
 /// No probability is taken to be smaller in a product: the forest has only so many trees.
 const LEAST_PROBABILITY: f32 = 0.01;
-/// Filter responses and the height in the image.
-const FEATURES: usize = RESPONSES + 1;
-
-fn features(bank: &FilterBank, x: usize, y: usize) -> [f32; FEATURES] {
-    let mut features = [0.0; FEATURES];
-    features[..RESPONSES].copy_from_slice(&bank.at(x, y));
-    features[RESPONSES] = y as f32 / bank.height as f32;
-    features
-}
 
 /// A classifier of single images: of each class as many samples as the root of its number of pixels is of all those roots.
-fn classifier(found: &Found<'_>) -> Forest<FEATURES> {
+fn classifier(found: &Found<'_>) -> Forest {
     let (scene, truth) = (found.scene, found.truth);
-    let of_frame = |&place: &usize| -> Vec<Sample<FEATURES>> {
+    let of_frame = |&place: &usize| -> Vec<Sample> {
         let number = truth.test[place];
         let labels = truth.in_frame(scene, number);
         let bank = FilterBank::of(&scene.frames[number]);
         let mut rng = SmallRng::seed_from_u64(found.seed ^ number as u64);
         let candidate = |_| {
             let pixel = rng.random_range(0..labels.len());
-            let sample = features(&bank, pixel % bank.width, pixel / bank.width);
+            let sample = bank.at(pixel % bank.width, pixel / bank.width);
             (labels[pixel] != VOID).then_some((sample, labels[pixel]))
         };
         (0..CANDIDATES).filter_map(candidate).collect()
     };
     let frames = evenly(truth.test.len(), FRAMES);
-    let candidates: Vec<Vec<Sample<FEATURES>>> = frames.par_iter().map(of_frame).collect();
-    let mut by_class: BTreeMap<ClassId, Vec<Sample<FEATURES>>> = BTreeMap::new();
+    let candidates: Vec<Vec<Sample>> = frames.par_iter().map(of_frame).collect();
+    let mut by_class: BTreeMap<ClassId, Vec<Sample>> = BTreeMap::new();
     for sample in candidates.into_iter().flatten() {
         by_class.entry(sample.1).or_default().push(sample);
     }
@@ -68,53 +56,6 @@ fn classifier(found: &Found<'_>) -> Forest<FEATURES> {
         own
     });
     Forest::grown(&chosen.collect::<Vec<_>>(), found.seed)
-}
-
-/// Class probabilities of a frame.
-struct Prediction {
-    width: usize,
-    classes: usize,
-    /// Of every second pixel along each axis, `[rows, columns, classes]`.
-    probabilities: Vec<f32>,
-}
-
-impl Prediction {
-    fn of(frame: &Frame, forest: &Forest<FEATURES>, classes: &[ClassId]) -> Self {
-        let bank = FilterBank::of(frame);
-        let mut probabilities = Vec::new();
-        for y in (0..bank.height).step_by(STRIDE) {
-            for x in (0..bank.width).step_by(STRIDE) {
-                let shares = forest.shares(&features(&bank, x, y));
-                probabilities.extend(classes.iter().map(|class| {
-                    let said = shares.iter().find(|(said, _)| said == class);
-                    said.map_or(0.0, |&(_, share)| share)
-                }));
-            }
-        }
-        Self {
-            width: bank.width,
-            classes: classes.len(),
-            probabilities,
-        }
-    }
-
-    /// The probabilities of a pixel.
-    fn at(&self, pixel: usize) -> &[f32] {
-        let columns = self.width.div_ceil(STRIDE);
-        let place = (pixel / self.width / STRIDE) * columns + pixel % self.width / STRIDE;
-        &self.probabilities[place * self.classes..(place + 1) * self.classes]
-    }
-}
-
-/// The class with the largest value, the first of those with it.
-fn likeliest(classes: &[ClassId], values: &[f32]) -> ClassId {
-    let mut best = (f32::NEG_INFINITY, VOID);
-    for (&value, &class) in values.iter().zip(classes) {
-        if value > best.0 {
-            best = (value, class);
-        }
-    }
-    best.1
 }
 
 /// The class of every node by the sums over all pixels that show it of a function of their probabilities.
@@ -154,11 +95,7 @@ pub(super) fn run(found: &Found<'_>) -> Result<Vec<PaperPoint>, Failure> {
     let predict = |&frame: &usize| (frame, Prediction::of(&scene.frames[frame], &forest, &classes));
     let predictions: Vec<(usize, Prediction)> = truth.train.par_iter().map(predict).collect();
     let predicting = start.elapsed().as_secs_f64();
-    let map = |(frame, own): &(usize, Prediction)| {
-        let pixels = 0..scene.frames[*frame].camera.pixels();
-        let labels: Vec<ClassId> = pixels.map(|pixel| likeliest(&classes, own.at(pixel))).collect();
-        ImportedMap::new(*frame, &labels)
-    };
+    let map = |(frame, own): &(usize, Prediction)| ImportedMap::new(*frame, &own.labels());
     let votes = ImportedLabels {
         maps: predictions.iter().map(map).collect(),
         trust: Trust::VOTES,
@@ -171,8 +108,10 @@ pub(super) fn run(found: &Found<'_>) -> Result<Vec<PaperPoint>, Failure> {
     let point = |name, scores, seconds, paper| found.point(name, scores, input.miou, seconds, Some(paper));
     let mut points = vec![point("fusion-input", input, predicting, 0.659)];
     let log = |p: f32| p.max(LEAST_PROBABILITY).ln();
-    let known: [(&str, f64, &dyn Fn(f32) -> f32); 2] =
-        [("fusion-bayesian", 0.668, &log), ("fusion-average", 0.586, &|p| p)];
+    let known: [(&str, f64, &dyn Fn(f32) -> f32); 2] = [
+        ("fusion-bayesian", 0.668, &log),
+        ("fusion-average", 0.586, &|p| p),
+    ];
     let begun = found.surface_s + predicting;
     for (name, paper, of) in known {
         let start = Instant::now();

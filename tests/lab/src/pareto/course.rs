@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Half, Method, ParetoPoint, Part};
-use crate::learnt::{pool, refine_poses, session_surface, surface};
-use crate::simulate::baseline::{Task, published_course};
-use crate::simulate::{Annotator, Baseline, Click, Policy};
+use super::{Method, ParetoPoint, SIZES};
+use crate::learnt::{pool, refine_poses, surface};
+use crate::simulate::baseline::published_course;
+use crate::simulate::{Annotator, Policy};
 use crate::{Failure, SceneTruth};
 use inplace_core::export::peak_memory;
 use inplace_core::field::{Preset, Trainer, Volume};
@@ -29,15 +29,11 @@ pub struct ParetoRun {
     pub clicks: usize,
     /// Wall seconds since the start at which the maps are measured, ascending; the last one ends the run.
     pub marks: Vec<f64>,
-    /// Measures a preset's model by itself instead of a session, with this part so many times as large as chosen, once,
-    /// when training has stopped or the last mark came.
-    pub scaled: Option<(Part, f32)>,
 }
 
 /// What is known of a scene before its run: found out beforehand, so that it takes none of the run's time.
 struct Prepared {
     truth: SceneTruth,
-    clicks: Vec<Click>,
     labels: LabelSet,
 }
 
@@ -83,19 +79,10 @@ impl ParetoRun {
         let last = Duration::from_secs_f64(last);
         let prepared = self.prepared()?;
         match self.method {
-            Method::Preset(Preset::Reference) | Method::Baseline(Baseline::Reference) => {
-                self.of_reference(&prepared, last)
-            }
-            Method::Preset(preset) => match self.scaled {
-                Some(scaled) => self.of_field(preset, scaled, &[last], &prepared),
-                None => self.of_session(preset, &prepared),
-            },
-            Method::Alone(Half::Stereo) => self.of_stereo(&prepared),
-            Method::Alone(Half::Field) => {
-                let chosen = (Part::Field, 1.0);
-                self.of_field(Preset::Auto, chosen, &self.marks(), &prepared)
-            }
-            Method::Baseline(baseline) => self.of_baseline(baseline, &prepared, last),
+            Method::Preset(Preset::Reference) => self.of_reference(&prepared, last),
+            Method::Preset(preset) => self.of_session(preset, &prepared),
+            Method::Stereo => self.of_stereo(&prepared),
+            Method::Sized(size) => self.of_field(SIZES[size].1, &prepared),
         }
     }
 
@@ -115,11 +102,7 @@ impl ParetoRun {
         };
         let clicks = annotator.clicks(policy, count, options.seed);
         let labels = annotator.labels(&clicks);
-        Ok(Prepared {
-            truth,
-            clicks,
-            labels,
-        })
+        Ok(Prepared { truth, labels })
     }
 
     /// A session that is paused while it is measured, first when all frames have maps: before, there is nothing to measure.
@@ -157,28 +140,20 @@ impl ParetoRun {
         Ok(points)
     }
 
-    /// A field and a surface by themselves: the field trains until each mark, and then the labels are propagated over its
-    /// surface. The semantic field that a session trains besides takes no part.
-    fn of_field(
-        &self,
-        preset: Preset,
-        (part, factor): (Part, f32),
-        marks: &[Duration],
-        prepared: &Prepared,
-    ) -> Result<Vec<ParetoPoint>, Failure> {
+    /// A field and a surface by themselves, so many times as large as chosen: the field trains until each mark, and then the
+    /// labels are propagated over its surface. The semantic field that a session trains besides takes no part.
+    fn of_field(&self, [rows, voxels]: [f32; 2], prepared: &Prepared) -> Result<Vec<ParetoPoint>, Failure> {
         let mut clock = Clock::start();
-        let of = |own: Part| if own == part { factor } else { 1.0 };
         pool(self.session.threads)?.install(|| {
             let scene = Arc::new(Scene::open(&self.session.source, self.session.open, &|_, _| {})?);
-            let mut trainer =
-                Trainer::scaled(Arc::clone(&scene), preset, of(Part::Field), self.session.seed)?;
+            let mut trainer = Trainer::scaled(Arc::clone(&scene), Preset::Auto, rows, self.session.seed)?;
             let mut points = Vec::new();
-            for &mark in marks {
+            for mark in self.marks() {
                 while clock.elapsed() < mark && !trainer.settled() {
                     trainer.step()?;
                 }
                 let wall = clock.elapsed();
-                let surface = surface(&scene, &trainer, of(Part::Surface))?;
+                let surface = surface(&scene, &trainer, voxels)?;
                 let maps = spread(&scene, prepared, &surface);
                 points.push(self.alone(&scene, prepared, clock.elapsed(), &surface, maps, Some(&trainer))?);
                 clock.back_to(wall);
@@ -227,42 +202,6 @@ impl ParetoRun {
         Ok(vec![self.of_maps_now(&scene, prepared, &run, wall_s)?])
     }
 
-    /// The other baselines answer once. Those that need a surface get that of a session: at once where depth is
-    /// measured everywhere, else when it is learnt, at the last mark at the latest.
-    fn of_baseline(
-        &self,
-        baseline: Baseline,
-        prepared: &Prepared,
-        last: Duration,
-    ) -> Result<Vec<ParetoPoint>, Failure> {
-        let clock = Clock::start();
-        let pool = pool(self.session.threads)?;
-        let open = || Scene::open(&self.session.source, self.session.open, &|_, _| {});
-        let scene = Arc::new(pool.install(open)?);
-        let surface = match baseline {
-            Baseline::Pixels => Arc::default(),
-            _ => session_surface(&scene, &self.session, last.saturating_sub(clock.elapsed()))?,
-        };
-        let task = Task {
-            scene: &scene,
-            surface: &surface,
-            options: &self.session,
-            clicks: &prepared.clicks,
-            labels: prepared.labels.clone(),
-            frames: &prepared.truth.test,
-            wall: last,
-        };
-        let maps = pool.install(|| baseline.maps(&task))?;
-        Ok(vec![self.alone(
-            &scene,
-            prepared,
-            clock.elapsed(),
-            &surface,
-            maps,
-            None,
-        )?])
-    }
-
     /// Maps of the test frames that were made without a session, after so long: on this surface, with this field.
     fn alone(
         &self,
@@ -282,7 +221,6 @@ impl ParetoRun {
             psnr_db: held_out.map(|error| f64::from(error.psnr)),
             parameters,
             voxels: surface.graph.len(),
-            bytes: size_of::<f32>() * parameters.unwrap_or(0) + surface.graph.bytes(),
             ..begun
         })
     }
@@ -297,16 +235,12 @@ impl ParetoRun {
     ) -> Result<ParetoPoint, Failure> {
         let begun = self.begun(scene, wall_s);
         let status = &run.status();
-        let map = run.map(0);
-        let surface = map.as_deref().and_then(|map| map.surface());
-        let graph = surface.map_or(0, |(surface, _)| surface.graph.bytes());
         Ok(ParetoPoint {
             miou: prepared.truth.scores_of(run, scene)?.miou,
             depth_error_m: status.depth_error.map(f64::from),
             psnr_db: status.held_out_psnr.map(f64::from),
             parameters: Some(status.parameters).filter(|&count| count > 0),
             voxels: status.surface_nodes,
-            bytes: size_of::<f32>() * status.parameters + graph,
             ..begun
         })
     }

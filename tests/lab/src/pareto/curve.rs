@@ -32,28 +32,6 @@ pub struct Summary {
     pub high: f64,
 }
 
-/// How much larger one quantity is than another with the same seeds, and so with the same clicks.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Difference {
-    /// Mean over the seeds.
-    pub mean: f64,
-    /// Standard deviation over the seeds; 0 of a single one.
-    pub deviation: f64,
-}
-
-impl Difference {
-    /// From the differences of each seed; `None` where there is no seed.
-    pub fn of(differences: &[f64]) -> Option<Self> {
-        let (mean, deviation) = mean_and_deviation(differences);
-        (!differences.is_empty()).then_some(Self { mean, deviation })
-    }
-
-    /// Whether it is above zero beyond its spread over the seeds.
-    pub fn is_gain(&self) -> bool {
-        self.mean > self.deviation
-    }
-}
-
 impl Curve {
     /// A quantity of these points, which are of one method on one scene; those where it is not known are left out.
     pub fn of<'a>(
@@ -121,7 +99,8 @@ impl Curve {
             // Seed by seed.
             let others = other.at(summary.wall_s).into_iter();
             let both = others.filter_map(|(seed, other)| Some(other - own.get(&seed)?));
-            Difference::of(&both.collect::<Vec<f64>>()).is_some_and(|difference| difference.is_gain())
+            let (mean, deviation) = mean_and_deviation(&both.collect::<Vec<f64>>());
+            mean > deviation
         };
         other.summaries().into_iter().filter(earlier).find(is_ahead)
     }

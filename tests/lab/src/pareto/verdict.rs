@@ -1,11 +1,10 @@
 //! The page, and what the measurements say of the default: whether anything is ahead of it.
 
-use super::{CapacityPoint, Curve, ParetoPoint, Summary};
+use super::{Curve, ParetoPoint, Summary};
 use inplace_core::field::Preset;
 
 use crate::commands::grouped;
 use crate::page::{Page, known};
-use crate::{mean, mean_and_deviation};
 
 pub(super) fn miou(point: &ParetoPoint) -> Option<f64> {
     Some(point.miou)
@@ -82,45 +81,4 @@ pub(super) fn page(points: &[ParetoPoint], verdicts: &[String]) -> Page {
     page.list(verdicts);
     page.chart("Accuracy against wall time", "pareto.svg");
     page
-}
-
-/// The same for sizes, where those were measured.
-pub(super) fn add_capacity(page: &mut Page, points: &[CapacityPoint]) {
-    if points.is_empty() {
-        return;
-    }
-    page.paragraph(
-        "Accuracy against the size of the model, when training had stopped or the last mark came: the field's table \
-         and the surface's voxels, each by itself so many times as large as \"auto\" chooses.",
-    );
-    let mut rows = Vec::new();
-    for ((scene, part), of_part) in grouped(points, |point| (point.end.scene.clone(), point.part)) {
-        let mut sizes = grouped(of_part, |point| point.factor);
-        sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (factor, runs) in sizes {
-            let of = |value: &dyn Fn(&ParetoPoint) -> Option<f64>, decimals| {
-                known(mean(runs.iter().filter_map(|run| value(&run.end))), decimals)
-            };
-            let (miou, deviation) =
-                mean_and_deviation(&runs.iter().map(|run| run.end.miou).collect::<Vec<_>>());
-            rows.push(vec![
-                scene.clone(),
-                part.to_string(),
-                factor.to_string(),
-                of(&|run| run.parameters.map(|count| count as f64), 0),
-                of(&|run| Some(run.bytes as f64 / 1e6), 1),
-                of(&|run| Some(run.voxels as f64), 0),
-                format!("{miou:.3} ({deviation:.3})"),
-                of(&|run| run.depth_error_m.map(|error| 100.0 * error), 2),
-                of(&|run| run.psnr_db, 1),
-                of(&|run| Some(run.wall_s), 1),
-            ]);
-        }
-    }
-    page.table(
-        "scene | part | times | parameters | MB | voxels | mIoU | error, cm | PSNR, dB | \
-         seconds",
-        &rows,
-    );
-    page.chart("Accuracy against the size of the model", "capacity.svg");
 }

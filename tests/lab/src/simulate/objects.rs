@@ -9,7 +9,6 @@ use serde::Serialize;
 
 use super::{Annotator, Click, Policy};
 use crate::arguments::SimulateArguments;
-use crate::commands::grouped;
 use crate::learnt::{pool, session_surface};
 use crate::objects::{GOOD, ObjectTruth, Segment, SegmentCounts, SegmentScores};
 use crate::{Failure, mean};
@@ -299,30 +298,4 @@ pub fn click_rows(points: &[ObjectPoint]) -> Vec<Vec<String>> {
         row
     };
     sums.into_iter().map(row).collect()
-}
-
-/// Means over the seeds, a row for each policy and number of clicks, for people.
-pub fn object_rows(points: &[ObjectPoint]) -> Vec<Vec<String>> {
-    let row = |((policy, clicks), runs): ((&str, usize), Vec<&ObjectPoint>)| {
-        let of = |value: &dyn Fn(&ObjectPoint) -> Option<f64>| {
-            let known: Option<Vec<f64>> = runs.iter().map(|run| value(run)).collect();
-            crate::page::known(known.map(mean), 3)
-        };
-        vec![
-            policy.to_owned(),
-            clicks.to_string(),
-            format!("{:.0}", mean(runs.iter().map(|run| run.clicks as f64))),
-            of(&|run| run.iou),
-            of(&|run| run.iou_things),
-            of(&|run| run.iou_stuff),
-            of(&|run| run.pq_things),
-            of(&|run| run.sq_things),
-            of(&|run| run.rq_things),
-            of(&|run| run.pq_stuff),
-            format!("{:.0}", mean(runs.iter().map(|run| run.objects as f64))),
-            format!("{:.1}", mean(runs.iter().map(|run| run.wall_s))),
-        ]
-    };
-    let groups = grouped(points, |point| (point.policy.as_str(), point.clicks_per_object));
-    groups.into_iter().map(row).collect()
 }

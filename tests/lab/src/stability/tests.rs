@@ -52,7 +52,7 @@ fn a_wall_of_two_halves_stands_what_keeps_it_whole() {
     let names =
         "frames-shuffled frame-black objects-300 objects-contradictory edits-classes worker-dies far-origin";
     let chosen: Vec<Condition> = names.split(' ').map(named).collect();
-    let outcomes = stability(&scene, &chosen, &settings(), &mut |_, _| {}, &|_| {}).unwrap();
+    let outcomes = stability(&scene, &chosen, &settings(), &mut |_, _| {}).unwrap();
     assert_eq!(outcomes.len(), 8, "the undisturbed scene is the first");
     for outcome in &outcomes {
         assert!(outcome.is_met(), "{outcome:?}");
@@ -67,7 +67,7 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
     let rooms: Vec<Condition> = conditions().into_iter().filter(|own| own.demo_only).collect();
     assert_eq!(rooms.len(), 7);
     let (_root, scene) = wall();
-    let error = stability(&scene, &rooms, &settings(), &mut |_, _| {}, &|_| {}).unwrap_err();
+    let error = stability(&scene, &rooms, &settings(), &mut |_, _| {}).unwrap_err();
     assert!(error.to_string().contains("try them on \"demo\""), "{error}");
     let with_others = [&rooms[..], &conditions()[..1]].concat();
     assert_eq!(tried_on(&scene, &with_others).unwrap().len(), 1);

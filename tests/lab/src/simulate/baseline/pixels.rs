@@ -5,12 +5,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::Click;
-use crate::pixels::{FilterBank, Forest, RESPONSES, Sample};
-use inplace_core::labels::{ClassId, VOID};
+use crate::pixels::{FilterBank, Forest, Prediction, Sample};
+use inplace_core::labels::ClassId;
 use inplace_core::scene::Scene;
-
-/// One pixel in so many along each axis is classified; its neighbours get the same.
-const STRIDE: usize = 2;
 
 /// Learns from the clicks and classifies the pixels of frames.
 pub(super) fn maps(scene: &Scene, clicks: &[Click], frames: &[usize], seed: u64) -> Vec<Vec<ClassId>> {
@@ -20,29 +17,13 @@ pub(super) fn maps(scene: &Scene, clicks: &[Click], frames: &[usize], seed: u64)
     }
     let samples = |(frame, clicks): (usize, Vec<&Click>)| {
         let bank = FilterBank::of(&scene.frames[frame]);
-        let sample = |click: &Click| {
-            (
-                bank.at(click.pixel[0] as usize, click.pixel[1] as usize),
-                click.class,
-            )
-        };
-        clicks.into_iter().map(sample).collect::<Vec<_>>()
+        let at = |[x, y]: [u32; 2]| bank.at(x as usize, y as usize);
+        let samples = clicks.into_iter().map(|click| (at(click.pixel), click.class));
+        samples.collect::<Vec<Sample>>()
     };
-    let samples: Vec<Sample<RESPONSES>> = of_frame.into_par_iter().flat_map_iter(samples).collect();
+    let samples: Vec<Sample> = of_frame.into_par_iter().flat_map_iter(samples).collect();
     let forest = Forest::grown(&samples, seed);
-    let map = |&frame: &usize| {
-        let bank = FilterBank::of(&scene.frames[frame]);
-        let (width, height) = (bank.width, bank.height);
-        let mut labels = vec![VOID; width * height];
-        for y in (0..height).step_by(STRIDE) {
-            for x in (0..width).step_by(STRIDE) {
-                let class = forest.class(&bank.at(x, y));
-                for row in y..(y + STRIDE).min(height) {
-                    labels[row * width + x..row * width + (x + STRIDE).min(width)].fill(class);
-                }
-            }
-        }
-        labels
-    };
+    let classes: Vec<ClassId> = samples.iter().map(|sample| sample.1).collect();
+    let map = |&frame: &usize| Prediction::of(&scene.frames[frame], &forest, &classes).labels();
     frames.par_iter().map(map).collect()
 }
