@@ -377,7 +377,7 @@ fn rows(outcomes: &[Outcome]) -> Vec<Row<'_>> {
     rows
 }
 
-/// What is tried and what came of it: docs/stability.md.
+/// What is tried and what came of it.
 fn page(arguments: &Settings, outcomes: &[Outcome]) -> Page {
     let reading = &arguments.training.reading;
     let mut page = Page::default();

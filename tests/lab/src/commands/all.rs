@@ -36,7 +36,7 @@ Accuracy against time | pareto | bench pareto DEPTH --preset fast,auto,accurate 
 Accuracy against time, without depth | pareto-no-depth | bench pareto ALL --no-depth --preset auto --seeds 1 --marks 10,20,40 | bench pareto ROOM --no-depth --preset auto --seeds 1 --marks 10,20
 The published network in 20 seconds | reference | bench pareto TRUTH --preset reference --seeds 1 --marks 20 | bench pareto ROOM --preset reference --seeds 1 --marks 10
 Without depth: stereo and the field alone | alone | bench pareto ROOM --no-depth --preset auto --alone --seeds 1 --marks 10,20,40 | left out
-Accuracy against size | capacity | bench pareto FIRST --preset auto --capacity --seeds 1 --marks 8 | left out
+Accuracy against size | capacity | bench pareto FIRST --preset auto --capacity --seeds 2 --marks 8 | left out
 How long a click waits | latency | bench latency TRUTH --clicks 100 | bench latency TRUTH --clicks 50
 How cost grows | scale | bench scale --frames 20,50,100,200,500,1000 --sizes 160x120,320x240,640x480 --classes 2,20,200 --strokes 1,100,10000 --seconds 2 | bench scale --sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2
 Label images: the paper's experiments | paper | bench paper TRUTH --seconds 20 | bench paper TRUTH --seconds 5 --experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%
@@ -132,8 +132,6 @@ struct Ended {
     arguments: Vec<String>,
     /// SHA-256 of the program.
     build: String,
-    /// The commit that it was built from.
-    commit: String,
     /// Wall seconds.
     seconds: f64,
     /// Why it failed; also where a line was missed.
@@ -170,7 +168,7 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
         let mut page = Page::default();
         page.heading(1, "Benchmarks");
         page.paragraph(&format!(
-            "Written by `inplace-lab bench all{form}` in {:.0} minutes: {} of one build, each with its command. {}",
+            "Written by `inplace-lab bench all{form}` in {:.0} minutes: {} of one build, [each](measuring.md) with its command. {}",
             seconds / 60.0,
             counted(number as u64 + 1, "measurement"),
             machine()
@@ -281,7 +279,6 @@ impl Step {
         let ended = Ended {
             arguments: self.arguments.clone(),
             build: build.to_owned(),
-            commit: env!("INPLACE_COMMIT").to_owned(),
             seconds: start.elapsed().as_secs_f64(),
             failure,
         };

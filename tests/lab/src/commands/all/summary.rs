@@ -84,12 +84,16 @@ fn few_clicks(results: &Results) -> Option<String> {
     ))
 }
 
+/// The first and the last point of each run of "auto".
+fn ends<'a>(results: &'a Results, folder: &str) -> (Vec<&'a Value>, Vec<&'a Value>) {
+    let auto = rows(results, folder).into_iter();
+    let auto = auto.filter(|row| row["method"] == "auto");
+    let runs = grouped(auto, |row| (text(row, "scene"), row["seed"].as_u64())).into_iter();
+    runs.map(|(_, own)| (own[0], own[own.len() - 1])).unzip()
+}
+
 fn without_depth(results: &Results) -> Option<String> {
-    let runs = grouped(rows(results, "pareto-no-depth"), |row| text(row, "scene"));
-    let last: Vec<&Value> = runs
-        .into_iter()
-        .filter_map(|(_, own)| own.last().copied())
-        .collect();
+    let (_, last) = ends(results, "pareto-no-depth");
     let random = miou(&last)?;
     let seconds = last.iter().map(|row| number(row, "wall_s")).fold(0.0, f64::max);
     let guided = miou(&after(rows(results, "no-depth-clicks"), "guided", 5));
@@ -142,13 +146,7 @@ fn waiting(results: &Results) -> Option<String> {
 }
 
 fn first_labels(results: &Results) -> Option<String> {
-    let of = |folder| {
-        let auto = rows(results, folder).into_iter();
-        let auto = auto.filter(|row| row["method"] == "auto");
-        let runs = grouped(auto, |row| (text(row, "scene"), row["seed"].as_u64()));
-        let first: Vec<&Value> = runs.iter().map(|(_, own)| own[0]).collect();
-        by_scene(&first, |row| number(row, "wall_s"), 1)
-    };
+    let of = |folder| by_scene(&ends(results, folder).0, |row| number(row, "wall_s"), 1);
     let (with, without) = (of("pareto")?, of("pareto-no-depth")?);
     Some(format!(
         "**First labels of all frames**, seconds after the start: {with}; without depth: {without}."
@@ -209,13 +207,7 @@ fn objects(results: &Results) -> Option<String> {
 }
 
 fn cost(results: &Results) -> Option<String> {
-    let most = |row: &Value| number(row, "peak_mb");
-    let scenes = grouped(rows(results, "pareto"), |row| text(row, "scene")).into_iter();
-    let peaks = scenes.map(|(scene, own)| {
-        let auto = own.into_iter().filter(|row| row["method"] == "auto");
-        format!("{:.0} MB {scene}", auto.map(most).fold(0.0, f64::max))
-    });
-    let peaks: Vec<String> = peaks.collect();
+    let peaks = by_scene(&ends(results, "pareto").1, |row| number(row, "peak_mb"), 0)?;
     let measured = results.get("scale")?["measured"].as_array()?;
     let largest = measured
         .iter()
@@ -225,9 +217,8 @@ fn cost(results: &Results) -> Option<String> {
     let speed = |row: Option<&Value>| row.map_or(f64::NAN, |row| number(row, "samples_per_s"));
     let plain = paths.iter().find(|path| path["name"] == "candle");
     Some(format!(
-        "**Cost**: at most {}; {} frames of 320 x 240 take {:.2} GB. The field's kernels are {:.1} times as fast as plain \
-         candle operations.",
-        peaks.join(", "),
+        "**Cost**: MB at most, {peaks}; {} frames of 320 x 240 take {:.2} GB. The field's kernels are {:.1} times as fast as \
+         plain candle operations.",
         largest["frames"],
         number(largest, "peak_memory_bytes") / 1e9,
         speed(paths.first()) / speed(plain)
