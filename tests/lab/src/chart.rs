@@ -21,7 +21,7 @@ pub struct Figure {
     pub title: String,
     /// One line of conditions: machine, threads, seeds.
     pub subtitle: String,
-    /// The panels, row by row; those of a row share its width.
+    /// The panels, row by row; all have the same size.
     pub rows: Vec<Vec<Panel>>,
 }
 
@@ -165,9 +165,9 @@ impl Figure {
         for (line, text) in subtitle.iter().enumerate() {
             out.text("muted", MARGIN, MARGIN + 34.0 + 16.0 * line as f64, text);
         }
+        let panel_width = (inside + GAP) / columns as f64 - GAP;
         let mut y = top;
         for row in &self.rows {
-            let panel_width = (inside + GAP) / row.len().max(1) as f64 - GAP;
             for (column, panel) in row.iter().enumerate() {
                 let x = MARGIN + column as f64 * (panel_width + GAP);
                 panel::draw(&mut out, panel, (x, y), panel_width);

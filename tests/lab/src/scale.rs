@@ -364,8 +364,8 @@ fn short(value: f64) -> String {
 fn figure(base: Setting, threads: usize, measured: &[Measured], exponents: &[Exponent]) -> Figure {
     let swept = |sweep: &Sweep| measured.iter().any(|one| one.sweep == *sweep);
     let sweeps: Vec<Sweep> = Sweep::ALL.into_iter().filter(swept).collect();
-    let panels = sweeps.iter().map(|&sweep| seconds(sweep, measured, exponents));
-    let panels: Vec<Panel> = panels.collect();
+    let panel = |&sweep: &Sweep| seconds(sweep, measured, exponents);
+    let panels: Vec<Panel> = sweeps.iter().map(panel).collect();
     Figure {
         title: "How cost grows".to_owned(),
         subtitle: format!(

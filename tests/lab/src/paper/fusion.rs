@@ -85,6 +85,9 @@ fn fused(
     )
 }
 
+/// A way to fuse: its name, the paper's mIoU, and what is summed of a probability.
+type Known = (&'static str, f64, fn(f32) -> f32);
+
 /// Runs the experiment: the predictions for the training frames, what becomes of them by Bayesian fusion (the product over
 /// the pixels that show a voxel) and average fusion on the surface, and in the maps of a session that imports them, where
 /// each pixel's likeliest class is a vote.
@@ -108,10 +111,7 @@ pub(super) fn run(found: &Found<'_>) -> Result<Vec<PaperPoint>, Failure> {
     let point = |name, scores, seconds, paper| found.point(name, scores, input.miou, seconds, Some(paper));
     let mut points = vec![point("fusion-input", input, predicting, 0.659)];
     let log = |p: f32| p.max(LEAST_PROBABILITY).ln();
-    let known: [(&str, f64, &dyn Fn(f32) -> f32); 2] = [
-        ("fusion-bayesian", 0.668, &log),
-        ("fusion-average", 0.586, &|p| p),
-    ];
+    let known: [Known; 2] = [("fusion-bayesian", 0.668, log), ("fusion-average", 0.586, |p| p)];
     let begun = found.surface_s + predicting;
     for (name, paper, of) in known {
         let start = Instant::now();

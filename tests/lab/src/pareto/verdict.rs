@@ -17,7 +17,8 @@ pub(super) fn verdicts(points: &[ParetoPoint]) -> Vec<String> {
         let curves: Vec<(&str, Curve)> = methods
             .map(|(method, own)| (method, Curve::of(own, miou)))
             .collect();
-        let (_, auto) = curves.iter().find(|(method, _)| *method == Preset::Auto.name())?;
+        let is_auto = |(method, _): &&(&str, Curve)| curves.len() > 1 && *method == Preset::Auto.name();
+        let (_, auto) = curves.iter().find(is_auto)?;
         Some(format!("{scene}: {}", on_the_front(&curves, auto, auto.last()?)))
     };
     let scenes = grouped(points, |point| point.scene.as_str()).into_iter();

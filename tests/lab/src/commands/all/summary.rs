@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::commands::grouped;
+use crate::commands::{counted, grouped};
 use crate::mean;
 use crate::page::known;
 
@@ -194,7 +194,7 @@ fn stability(results: &Results) -> Option<String> {
 fn objects(results: &Results) -> Option<String> {
     let own = rows(results, "objects-");
     let clicks = |row: &&Value| row["clicks_per_object"].as_u64();
-    let most = own.iter().filter_map(|row| clicks(row)).max()?;
+    let most = own.iter().filter_map(clicks).max()?;
     let guided = |row: &&Value| row["policy"] == "guided" && clicks(row) == Some(most);
     let own: Vec<&Value> = own.into_iter().filter(guided).collect();
     let (iou, quality) = (
@@ -202,17 +202,15 @@ fn objects(results: &Results) -> Option<String> {
         by_scene(&own, |row| number(row, "pq_things"), 3)?,
     );
     Some(format!(
-        "**Objects**: mean IoU with {most} suggested clicks on each: {iou}; panoptic quality of things: {quality}."
+        "**Objects**: mean IoU with {} on each: {iou}; panoptic quality of things: {quality}.",
+        counted(most, "suggested click")
     ))
 }
 
 fn cost(results: &Results) -> Option<String> {
     let peaks = by_scene(&ends(results, "pareto").1, |row| number(row, "peak_mb"), 0)?;
     let measured = results.get("scale")?["measured"].as_array()?;
-    let largest = measured
-        .iter()
-        .filter(|row| row["sweep"] == "frames")
-        .next_back()?;
+    let largest = measured.iter().rfind(|row| row["sweep"] == "frames")?;
     let paths = results.get("engine")?["paths"].as_array()?;
     let speed = |row: Option<&Value>| row.map_or(f64::NAN, |row| number(row, "samples_per_s"));
     let plain = paths.iter().find(|path| path["name"] == "candle");
