@@ -105,7 +105,8 @@ pub struct SimulateArguments {
     )]
     pub baselines: Vec<Baseline>,
     /// Click on objects in place of classes, as many times on each, and measure the objects of the maps: of the demo or a
-    /// capture with semantic_instance and objects.json, on the surface graph alone. Writes objects.csv.
+    /// capture with semantic_instance and objects.json, on the surface graph alone. With "guided", also begin with one click
+    /// on each class and follow suggestions. Writes objects.csv.
     #[arg(long, conflicts_with_all = ["baselines", "settle"])]
     pub objects: bool,
     /// How scenes are read and learnt.

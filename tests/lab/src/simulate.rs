@@ -71,7 +71,8 @@ pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
         let mut page = Page::default();
         page.paragraph(&format!(
             "Objects on the test frames after so many clicks on each in the whole scene; at \"classes\", after one on each \
-             class that names no object. {}: means over {} from {}.",
+             class that names no object; at \"suggested\", after as many in all, of which only one on each class is not \
+             suggested. {}: means over {} from {}.",
             points.first().map_or("", |point| point.scene.as_str()),
             counted(arguments.seeds, "seed"),
             arguments.training.reading.seed,

@@ -20,6 +20,8 @@ use inplace_core::session::SessionOptions;
 
 /// Where the annotator clicks once on every class, at random, and names no object.
 const CLASSES_ALONE: &str = "classes";
+/// Where the annotator clicks so, but names the objects, and then answers the program's suggestions.
+const SUGGESTED: &str = "suggested";
 /// How long the geometry is learnt where depth has holes or there is none, unless that is said.
 const GEOMETRY: Duration = Duration::from_secs(60);
 
@@ -28,11 +30,12 @@ const GEOMETRY: Duration = Duration::from_secs(60);
 pub struct ObjectPoint {
     /// Name of the scene.
     pub scene: String,
-    /// Where the annotator clicked; `classes` for one random click on every class, without a word of objects.
+    /// Where the annotator clicked; `classes` for one random click on every class, without a word of objects; `suggested` for
+    /// these clicks with the names of their objects, and then the program's suggestions.
     pub policy: String,
     /// Seed of the clicks.
     pub seed: u64,
-    /// Clicks there were for each object of the training frames; 0 where no object was named.
+    /// Clicks there were for each object of the training frames, on the mean; 0 where no object was named.
     pub clicks_per_object: usize,
     /// Clicks in all.
     pub clicks: usize,
@@ -84,6 +87,7 @@ pub fn simulate_objects(
     let annotator = Annotator::new(&scene, &truth.images);
     let training = experiment.geometry.map_or(GEOMETRY, Duration::from_secs_f64);
     let pool = pool(session.threads)?;
+    let most = experiment.clicks.iter().copied().max().map_or(0, usize::from);
     let mut points = Vec::new();
     progress("learning the scene");
     let surface = session_surface(&scene, session, training)?;
@@ -99,7 +103,12 @@ pub fn simulate_objects(
         points.push(pool.install(|| run.classes_alone())?);
         for &policy in &experiment.policies {
             progress(&format!("seed {}, {}", run.seed, policy.name()));
-            points.extend(pool.install(|| run.label(policy))?);
+            let planned = annotator.clicks(policy, most, run.seed);
+            let is_guided = policy == Policy::Guided;
+            points.extend(pool.install(|| run.label(policy.name(), &planned, is_guided))?);
+            if is_guided {
+                points.extend(pool.install(|| run.label(SUGGESTED, &run.on_classes(), true))?);
+            }
         }
     }
     Ok(points)
@@ -118,8 +127,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// One random click on every class: on one of its objects, whichever that is.
-    fn classes_alone(&self) -> Result<ObjectPoint, Failure> {
-        let start = Instant::now();
+    fn on_classes(&self) -> Vec<Click> {
         let mut clicks = self.annotator.clicks(Policy::Random, 1, self.seed);
         // A fair draw among the objects of a class, by the seed.
         let turn = self.seed as usize % clicks.len().max(1);
@@ -129,6 +137,13 @@ impl Run<'_> {
             let object = self.truth.objects.get(&click.class);
             object.is_some_and(|object| clicked.insert(object.class_id))
         });
+        clicks
+    }
+
+    /// One click on every class without a word of objects.
+    fn classes_alone(&self) -> Result<ObjectPoint, Failure> {
+        let start = Instant::now();
+        let clicks = self.on_classes();
         let mut propagation = LabelPropagation::new(Arc::clone(self.surface));
         let labels = self.labels(&clicks, false);
         propagation.set_labels(self.scene, &labels);
@@ -141,11 +156,10 @@ impl Run<'_> {
         )
     }
 
-    /// Lets the annotator label and measures the maps after each batch of clicks.
-    fn label(&self, policy: Policy) -> Result<Vec<ObjectPoint>, Failure> {
+    /// Lets the annotator label, first by a plan and then by suggestions if `is_guided`, and measures the maps after each
+    /// batch of clicks.
+    fn label(&self, policy: &str, planned: &[Click], is_guided: bool) -> Result<Vec<ObjectPoint>, Failure> {
         let batches: BTreeSet<usize> = self.experiment.clicks.iter().copied().map(usize::from).collect();
-        let most = batches.last().copied().unwrap_or(0);
-        let planned = self.annotator.clicks(policy, most, self.seed);
         let only: BTreeSet<usize> = self.truth.images.train.iter().copied().collect();
         let mut propagation = LabelPropagation::new(Arc::clone(self.surface));
         let (mut given, mut points) = (Vec::new(), Vec::new());
@@ -157,7 +171,7 @@ impl Run<'_> {
             given.extend(planned.iter().skip(given.len()).take(from_plan));
             let mut labels = self.labels(&given, true);
             propagation.set_labels(self.scene, &labels);
-            while policy == Policy::Guided && given.len() < wanted {
+            while is_guided && given.len() < wanted {
                 let never = AtomicBool::new(false);
                 let suggestions = suggest(self.scene, &propagation, Some(&only), &never).unwrap_or_default();
                 let answer = |place: &Suggestion| self.annotator.answer(place.frame, place.pixel);
@@ -170,7 +184,7 @@ impl Run<'_> {
             }
             labelling += start.elapsed();
             let clicks = (clicks_per_object, given.len());
-            points.push(self.measured(policy.name(), clicks, (&propagation, &labels), labelling)?);
+            points.push(self.measured(policy, clicks, (&propagation, &labels), labelling)?);
         }
         Ok(points)
     }
@@ -224,6 +238,11 @@ impl Run<'_> {
             .filter(|class| class.thing)
             .map(|class| class.id)
             .collect();
+        // Parts that nobody named have numbers that are nobody's.
+        let of = |number: u16| match ObjectId::new(number).is_none_or(|id| labels.object(id).is_some()) {
+            true => number,
+            false => u16::MAX - number,
+        };
         let mut counts = SegmentCounts::default();
         for &frame in &self.truth.images.test {
             let map = propagation.map(self.scene, frame, 0);
@@ -233,7 +252,10 @@ impl Run<'_> {
             let predicted = labels.iter().zip(told).map(|(&class, &object)| {
                 // Void, or a thing of which nothing is known but its class.
                 let is_known = class != VOID && (object != 0 || !things.contains(&class));
-                is_known.then_some(Segment { class, object })
+                is_known.then_some(Segment {
+                    class,
+                    object: of(object),
+                })
             });
             let predicted: Vec<Option<Segment>> = predicted.collect();
             let truth = &self.truth.images.images[&frame].labels;
