@@ -26,6 +26,9 @@ const MOST_UNLIKE: f32 = 5.0;
 /// A label tells less of other regions, by this times the logarithm of how much smaller its own is than the largest:
 /// most that is far from all labels belongs to large things.
 const SMALLNESS: f32 = 0.3;
+/// A thing ends: a label of one tells less of a larger region, by this times the logarithm of how many times more nodes it
+/// has.
+const LARGER: f32 = 0.5;
 /// Cosines between the vertical and the normals that it is averaged from, one after the other, each so many times.
 const LEVEL: [f32; 3] = [0.7, 0.85, 0.95];
 const AVERAGINGS: usize = 5;
@@ -93,13 +96,14 @@ impl Look {
         self.regions[node]
     }
 
-    /// The factor on distances to a label at one node, at another.
-    pub(crate) fn stretch(&self, node: u32, labelled: u32) -> f32 {
-        stretch(self.gap(self.region(node as usize), self.region(labelled as usize)))
+    /// The factor on distances to a label at one node, of a thing or not, at another.
+    pub(crate) fn stretch(&self, node: u32, labelled: u32, is_thing: bool) -> f32 {
+        let [region, labelled] = [node, labelled].map(|node| self.region(node as usize));
+        stretch(self.gap(region, labelled, is_thing))
     }
 
-    /// How unlike a region is to a labelled one, at least 0; a class is exp(-gap) times as likely there.
-    pub fn gap(&self, region: u32, labelled: u32) -> f32 {
+    /// How unlike a region is to a labelled one, of a thing or not, at least 0; a class is exp(-gap) times as likely there.
+    pub fn gap(&self, region: u32, labelled: u32, is_thing: bool) -> f32 {
         if region == labelled {
             return 0.0;
         }
@@ -113,7 +117,8 @@ impl Look {
             + HEIGHT * (a.height - b.height).abs()
             + FLATNESS * (a.flatness - b.flatness).abs()
             + (SIZE * (a.size - b.size).abs()).min(MOST_SIZE);
-        gap.min(MOST_UNLIKE) + b.smallness
+        let larger = if is_thing { (a.size - b.size).max(0.0) } else { 0.0 };
+        gap.min(MOST_UNLIKE) + b.smallness + LARGER * larger
     }
 }
 
@@ -210,7 +215,7 @@ mod tests {
     use crate::semantics::testing::node;
 
     #[test]
-    fn regions_are_alike_by_colour_facing_and_height_and_small_ones_tell_less() {
+    fn regions_are_alike_by_colour_facing_and_height_and_small_ones_tell_less_and_things_least() {
         // A floor, a wall some way off, and a stain in the middle of the floor; z is up.
         let floor = (0..400).map(|k| node(0.05 * Vec3::new((k / 20) as f32, (k % 20) as f32, 0.0)));
         let wall = (0..400).map(|k| Node {
@@ -227,12 +232,14 @@ mod tests {
         let [floor, other, stain, wall] = [0, 399, 209, 600].map(|node| look.region(node));
         assert_eq!(floor, other);
         assert_eq!(look.len(), 3);
-        assert_eq!(look.gap(floor, floor), 0.0);
+        assert_eq!(look.gap(floor, floor, true), 0.0);
         let upright = look.descriptors[wall as usize].facing;
         let level = look.descriptors[floor as usize].facing;
         assert!(upright < 0.05 && level > 0.95, "{upright} {level}");
-        assert!(look.gap(floor, wall) > 1.0);
-        assert!(look.gap(floor, stain) > look.gap(stain, floor));
+        assert!(look.gap(floor, wall, false) > 1.0);
+        assert!(look.gap(floor, stain, false) > look.gap(stain, floor, false));
+        assert!(look.gap(floor, stain, true) > look.gap(floor, stain, false));
+        assert_eq!(look.gap(stain, floor, true), look.gap(stain, floor, false));
     }
 
     #[test]

@@ -136,7 +136,7 @@ impl LabelPropagation {
         }
         let seeds = self.seeds();
         let looks_count = self.looks_count();
-        let differs = looks_count.then(|| self.likeness.update(&self.classes, &seeds));
+        let differs = looks_count.then(|| self.likeness.update((&self.classes, &self.things), &seeds));
         let nearer = self.geodesics.update(&self.surface.graph, seeds);
         if !same_votes {
             self.refresh();

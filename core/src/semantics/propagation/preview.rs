@@ -67,7 +67,9 @@ impl LabelPropagation {
                 .map(|node| (node, stroke.class.into())),
         );
         let (mut likeness, mut geodesics) = (self.likeness.clone(), self.geodesics.clone());
-        let differs = self.looks_count().then(|| likeness.update(&self.classes, &seeds));
+        let differs = self
+            .looks_count()
+            .then(|| likeness.update((&self.classes, &self.things), &seeds));
         let nearer = geodesics.update(&self.surface.graph, seeds);
         let evidence = Evidence {
             geodesics: &geodesics,
