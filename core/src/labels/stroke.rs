@@ -85,6 +85,11 @@ impl Stroke {
     pub fn first_point(&self) -> Option<Pixel> {
         self.lines.first().and_then(|line| line.first()).copied()
     }
+
+    /// The last point.
+    pub fn last_point(&self) -> Option<Pixel> {
+        self.lines.last().and_then(|line| line.last()).copied()
+    }
 }
 
 /// What a stroke is for people.

@@ -62,14 +62,11 @@ pub(super) fn conditions() -> Vec<Condition> {
         disturbed(
             "labels-across-borders",
             "every click is a brush 3 pixels wide and 40 long at most, which ends 3 pixels beyond the first border",
-            "spreads nothing from small parts of a scribble beyond an edge of the surface; the painted pixels stay",
+            "spreads nothing from the end of a scribble, or another small part, beyond an edge; the painted pixels stay",
             Line::OfClean(0.7),
             across_borders,
         )
-        .limited_by(
-            "on things a few pixels wide most of such a scribble lies beyond the border; edges that neither colour nor \
-             shape shows let the end pass",
-        ),
+        .limited_by("edges that neither colour nor shape shows let the end pass"),
         disturbed(
             "labels-imbalance",
             "a thousand clicks of the largest class for one of each other",
