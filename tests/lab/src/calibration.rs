@@ -1,5 +1,6 @@
 //! Whether the probabilities of maps are right.
 
+use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
 use super::{Failure, unless_equal};
@@ -8,6 +9,8 @@ use inplace_core::semantics::CERTAIN;
 
 /// Number of bins, of equal width in confidence.
 const BINS: usize = 15;
+/// Pixels that are at least this likely should hardly ever be wrong.
+const SURE: f64 = 0.99;
 
 /// How often the most likely class is right, by how likely it is said to be (Guo et al., "On Calibration of
 /// Modern Neural Networks", ICML 2017).
@@ -16,6 +19,8 @@ const BINS: usize = 15;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Calibration {
     bins: [Bin; BINS],
+    /// The pixels that are [`SURE`].
+    sure: Bin,
 }
 
 /// The pixels of similar confidence.
@@ -30,6 +35,12 @@ struct Bin {
 impl Bin {
     fn confidence(&self) -> f64 {
         self.confidence as f64 / f64::from(CERTAIN)
+    }
+
+    fn add(&mut self, more: &Self) {
+        self.pixels += more.pixels;
+        self.right += more.right;
+        self.confidence += more.confidence;
     }
 }
 
@@ -52,10 +63,15 @@ impl Calibration {
             }
             // The bins are open below: what is certain is in the last one.
             let bin = (usize::from(confidence) * BINS).div_ceil(usize::from(CERTAIN));
-            let bin = &mut self.bins[bin.saturating_sub(1)];
-            bin.pixels += 1;
-            bin.right += u64::from(truth == predicted);
-            bin.confidence += u64::from(confidence);
+            let pixel = Bin {
+                pixels: 1,
+                right: u64::from(truth == predicted),
+                confidence: confidence.into(),
+            };
+            self.bins[bin.saturating_sub(1)].add(&pixel);
+            if pixel.confidence() >= SURE {
+                self.sure.add(&pixel);
+            }
         }
         Ok(())
     }
@@ -68,12 +84,20 @@ impl Calibration {
         let apart = self.bins.iter().map(apart);
         (pixels > 0).then(|| apart.sum::<f64>() / pixels as f64)
     }
+
+    /// The share of the pixels that are at least [`SURE`] which is right, 0..=1. `None` where none is so sure.
+    pub fn right_if_sure(&self) -> Option<f64> {
+        (self.sure.pixels > 0).then(|| self.sure.right as f64 / self.sure.pixels as f64)
+    }
 }
 
-/// As its expected error.
+/// As its figures.
 impl Serialize for Calibration {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.error().serialize(serializer)
+        let mut figures = serializer.serialize_struct("Calibration", 2)?;
+        figures.serialize_field("ece", &self.error())?;
+        figures.serialize_field("right_if_sure", &self.right_if_sure())?;
+        figures.end()
     }
 }
 
@@ -98,6 +122,7 @@ mod tests {
         let error = (4.0 * (0.9 - 0.5) + 0.5) / 6.0;
         assert!((calibration.error().unwrap() - error).abs() < 1e-4);
         assert_eq!(Calibration::default().error(), None);
+        assert_eq!(Calibration::default().right_if_sure(), None);
     }
 
     #[test]
@@ -107,5 +132,7 @@ mod tests {
         let mut ends = Calibration::default();
         ends.add(&[1, 1], &[1, 0], &[CERTAIN, 0]).unwrap();
         assert_eq!(ends.error(), Some(0.0));
+        ends.add(&[1], &[2], &[CERTAIN]).unwrap();
+        assert_eq!(ends.right_if_sure(), Some(0.5));
     }
 }

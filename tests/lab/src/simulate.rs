@@ -42,7 +42,7 @@ pub struct SimulatedPoint {
     #[serde(flatten)]
     pub scores: Scores,
     /// How right the probabilities of the test frames are, of maps that have any.
-    #[serde(rename = "ece")]
+    #[serde(flatten)]
     pub calibration: Option<Calibration>,
     /// Wall seconds: opening and learning the scene, which the policies of a seed share, and labelling; without
     /// measuring.
@@ -51,7 +51,7 @@ pub struct SimulatedPoint {
 
 /// The columns of `results.csv`, one row for each point.
 pub const COLUMNS: &str = "scene policy seed clicks_per_class strokes miou:4 average_accuracy:4 total_accuracy:4 wall_s:2 \
-                           boundary_miou:4 ece:4";
+                           boundary_miou:4 ece:4 right_if_sure:4";
 
 /// Simulates, writes `results.csv` with its chart, or `objects.csv`, and prints.
 pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
