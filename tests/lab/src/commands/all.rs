@@ -27,20 +27,20 @@ const FOLDER: &str = "benchmarks";
 /// The measurements: title, folder, command, and its short form. Words in capitals are captures, see [`chosen`]; what has none is left
 /// out, and a folder that ends with NAME is one for each.
 const STEPS: &str = "\
-From a few clicks: NAME | clicks-NAME | simulate TRUTH --policy guided,random,uniform --clicks 1,2,3,5,10 --seeds 2 --geometry 10 --settle 0 | simulate TRUTH --policy guided,random --clicks 1,3,5 --seeds 1 --geometry 5 --settle 0
+From a few clicks: NAME | clicks-NAME | simulate TRUTH --policy guided,random --clicks 1,2,3,5,10 --seeds 3 --geometry 10 --settle 0 | simulate TRUTH --policy guided,random --clicks 1,3,5 --seeds 1 --geometry 5 --settle 0
 From a few clicks, without depth | no-depth-clicks | simulate ROOM --no-depth --policy guided,random --clicks 1,5,10 --seeds 1 --geometry 60 --settle 0 | left out
-Other methods on the same clicks: NAME | beside-NAME | simulate TRUTH --policy random --clicks 1,5 --seeds 1 --geometry 0 --settle 0 --baselines | simulate TRUTH --policy random --clicks 5 --seeds 1 --geometry 0 --settle 0 --baselines
+Other methods on the same clicks: NAME | beside-NAME | simulate TRUTH --policy random --clicks 5 --seeds 1 --geometry 10 --settle 0 --baselines | simulate TRUTH --policy random --clicks 5 --seeds 1 --geometry 5 --settle 0 --baselines
 A real capture's own clicks: NAME | own-NAME | simulate OWN --policy own --clicks 1,3 --seeds 1 --geometry 20 --settle 0 --baselines | simulate OWN --policy own --clicks 1,3 --seeds 1 --geometry 10 --settle 0
 Objects: NAME | objects-NAME | simulate OBJECTS --objects --policy guided,random --clicks 1,2,3 --seeds 1 --geometry 10 | simulate OBJECTS --objects --policy guided --clicks 1 --seeds 1 --geometry 5
-Accuracy against time | pareto | bench pareto DEPTH --preset fast,auto,accurate --seeds 2 --marks 2,5,10 | bench pareto DEPTH --preset fast,auto --seeds 1 --marks 2,5
+Accuracy against time | pareto | bench pareto DEPTH --preset fast,auto,accurate --seeds 1 --marks 2,5,10 | bench pareto DEPTH --preset fast,auto --seeds 1 --marks 2,5
 Accuracy against time, without depth | pareto-no-depth | bench pareto ALL --no-depth --preset auto --seeds 1 --marks 10,20,40 | bench pareto ROOM --no-depth --preset auto --seeds 1 --marks 10,20
 The published network in 20 seconds | reference | bench pareto TRUTH --preset reference --seeds 1 --marks 20 | bench pareto ROOM --preset reference --seeds 1 --marks 10
 Without depth: stereo and the field alone | alone | bench pareto ROOM --no-depth --preset auto --alone --seeds 1 --marks 10,20,40 | left out
-Accuracy against size | capacity | bench pareto FIRST --preset auto --capacity --seeds 2 --marks 8 | left out
+Accuracy against size | capacity | bench pareto FIRST --preset auto --capacity --seeds 1 --marks 8 | left out
 How long a click waits | latency | bench latency TRUTH --clicks 100 | bench latency TRUTH --clicks 50
 How cost grows | scale | bench scale --frames 20,50,100,200,500,1000 --sizes 160x120,320x240,640x480 --classes 2,20,200 --strokes 1,100,10000 --seconds 2 | bench scale --sweep frames,strokes --frames 20,50,100 --strokes 10,100,1000 --seconds 2
 Label images: the paper's experiments | paper | bench paper TRUTH --seconds 20 | bench paper TRUTH --seconds 5 --experiments frames-10%,pixel-noise-90%,sparse-16,click,grown-1%
-Label images, without depth | paper-no-depth | bench paper TRUTH --no-depth --seconds 60 | left out
+Label images, without depth | paper-no-depth | bench paper TRUTH --no-depth --seconds 90 | left out
 The semantic field | field | bench field ROOM --geometry 15 --noise 90 --marks 1,5,10 --stride 8 | left out
 The semantic field, without depth | field-no-depth | bench field ROOM --no-depth --geometry 40 --noise 90 --marks 1,5,10 --stride 8 | left out
 Audits | audit | bench audit TRUTH --clicks 5 --seeds 1 | left out
