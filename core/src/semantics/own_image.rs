@@ -1,7 +1,7 @@
 //! What the label image of a frame says of the frame's own pixels.
 //!
-//! On the surface all label images are one, and the errors of each vanish. Their borders do, too, where depth is off by
-//! some pixels. The frame's own image has them where they are.
+//! On the surface all label images become one, so that the errors of each vanish. Where depth is off by some pixels, so do
+//! their borders. A frame's own image still has them in the right place.
 
 use std::ops::Range;
 
@@ -10,23 +10,23 @@ use crate::labels::{ClassId, VOID};
 use crate::lanes::{F32x16, LANES};
 use crate::scene::{Frame, ImageEdges, PassWeights};
 
-/// What the surface says of a pixel, when it is certain, as a share of what labels say of it where all pixels have one; it
-/// counts the more the farther they are apart.
+/// Weight of the surface at a pixel, when it is certain, as a share of the weight of labels where all pixels have one. It
+/// grows with the distance between labelled pixels.
 const SURFACE: f32 = 1.0 / 6.0;
-/// How far pixels speak for others: this many times the distance of the right labels from each other, and at least so
-/// many pixels. Where that would be more than the most, the surface knows better.
+/// Scale of the sums: this many times the distance between labels that are right, and at least so many pixels. Where it
+/// would be more than the most, the surface knows better.
 const SPACINGS: f32 = 0.75;
 const PIXELS: (f32, f32) = (2.0, 16.0);
-/// How far a pixel may be from where the surface has its class, in pixels: beyond, the image is wrong.
+/// How far a pixel may be from where the surface has its class, in pixels; farther away, the image is wrong.
 const MOST_OFF: usize = 8;
 
 /// The node that every pixel takes its class from by a frame's own label image, [`NO_NODE`] where there is none; `nodes`
 /// are those that the pixels show, at the size of `edges`, which is the frame's reduced by `stride`. `None` where the
 /// image says too little.
 ///
-/// Of the classes that the surface has nearby, a pixel takes the one that most is said for around it, up to the edges of
-/// the image: by labels, the more the fewer there are, and a little by the surface. Where strokes have overruled the
-/// images on the surface, they do so here.
+/// Of the classes that the surface has nearby, a pixel takes the one with the largest sum of weights around it, up to the
+/// edges of the image: of labels, which weigh the more the fewer there are, and of the surface, which weighs less. Where
+/// strokes have overruled the images on the surface, labels do not count.
 pub(super) fn nodes_by_own_image(
     (frame, number, stride): (&Frame, usize, u32),
     edges: &ImageEdges,
