@@ -40,8 +40,7 @@ pub(super) fn nodes_by_own_image(
     let right = per_pixel.sqrt() * (1.0 - import.random_share());
     let scale = (SPACINGS / right).max(PIXELS.0);
     let of_surface = SURFACE / per_pixel.sqrt();
-    // Neither is true of what is not a number.
-    if said.len() != frame.camera.pixels() || !(scale <= PIXELS.1) {
+    if said.len() != frame.camera.pixels() || !(PIXELS.0..=PIXELS.1).contains(&scale) {
         return None;
     }
     let class = |node: u32| posterior.labels.get(node as usize).copied().unwrap_or(VOID);
