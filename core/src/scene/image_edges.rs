@@ -9,8 +9,8 @@ const COLOR: f32 = 16.0;
 const EDGE: f32 = 4.0;
 /// Passes along rows and columns.
 const PASSES: i32 = 2;
-/// Colour distance by which a step to the next pixel is as long as the whole of a scale, in half 8-bit steps, for sums of
-/// the nearest.
+/// For sums of the nearest, the colour distance that makes a step to the next pixel as long as the whole of a scale, in half
+/// 8-bit steps.
 const COLOR_OF_NEAREST: f32 = 34.0;
 
 /// Colour distance of each pixel to the next in its row, and to the one below: the mean of the channels', in half 8-bit
@@ -68,8 +68,8 @@ impl ImageEdges {
         factor
     }
 
-    /// The same with weights that fall exponentially from the pixel itself on, so that the nearest rule; what lies behind
-    /// an edge does not count at all.
+    /// The same with weights that fall exponentially from the pixel itself on, so that the nearest pixels decide; what lies
+    /// behind an edge counts next to nothing.
     pub(crate) fn sum_nearest(&self, values: &mut [F32x16], scale: f32, weights: &mut PassWeights) {
         let mut before = Vec::with_capacity(values.len());
         for pass in 0..PASSES {
