@@ -1,14 +1,16 @@
 //! Arguments that several programs take on their command lines, for clap.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::cores;
+use crate::features::{FeatureError, Network};
 use crate::field::Preset;
 use crate::scene::{OpenOptions, SceneSource};
 use crate::session::SessionOptions;
 
 /// How a scene is read and learnt.
-#[derive(Clone, Copy, Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct TrainingArguments {
     /// How much the field may model: auto, fast or accurate; or reference, the published Semantic-NeRF
     /// network, for which `inplace` needs `label` with a --budget.
@@ -20,7 +22,7 @@ pub struct TrainingArguments {
 }
 
 /// What is read of a scene, and what it is computed with.
-#[derive(Clone, Copy, Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct ReadingArguments {
     /// Leave measured depth and sparse points aside.
     #[arg(long)]
@@ -28,6 +30,9 @@ pub struct ReadingArguments {
     /// Read images that a file of the capture names outside its folder.
     #[arg(long)]
     pub outside_files: bool,
+    /// A pretrained network that tells what looks alike: MobileNetV2, in a file as torchvision has it.
+    #[arg(long, value_name = "FILE", value_parser = network_file)]
+    pub features: Option<PathBuf>,
     /// Threads to train with [default: all cores, or all but one beside the window].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
@@ -60,6 +65,7 @@ impl ReadingArguments {
             threads: self.threads(),
             seed: self.seed,
             views: false,
+            features: self.features.clone(),
             state: None,
         }
     }
@@ -96,6 +102,11 @@ pub fn number<T: FromStr>(
 pub fn seconds(text: &str) -> Result<f64, Wanted> {
     let fits = |seconds: &f64| seconds.is_finite() && *seconds > 0.0;
     number(text, fits, "give a number of seconds above zero")
+}
+
+fn network_file(path: &str) -> Result<PathBuf, FeatureError> {
+    let path = PathBuf::from(path);
+    Network::read(&path).map(|_| path)
 }
 
 /// The width and height of an image in pixels.

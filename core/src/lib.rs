@@ -18,6 +18,7 @@
 #[cfg(feature = "clap")]
 pub mod arguments;
 pub mod export;
+pub mod features;
 pub mod field;
 pub mod guide;
 pub mod labels;

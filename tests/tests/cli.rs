@@ -40,6 +40,7 @@ fn trained(disk: &OnDisk) -> ModelState {
         threads: 2,
         seed: 0,
         views: true,
+        features: None,
         state: None,
     };
     let mut client = Client::start(options);

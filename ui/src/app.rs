@@ -36,6 +36,8 @@ pub struct UiOptions {
     pub preset: Preset,
     /// Threads of the worker's pool; `None` = as the person prefers, or all cores but one.
     pub threads: Option<usize>,
+    /// File of a pretrained network; `None` = as the person prefers.
+    pub features: Option<PathBuf>,
     /// Seed of everything random.
     pub seed: u64,
     /// Measure the window of the program that started then, show the measurements and print them at exit.
@@ -94,6 +96,7 @@ impl App {
             read: options.read,
             preset: options.preset,
             threads: options.threads,
+            features: options.features,
             seed: options.seed,
             preferences: environment.preferences.preferences().clone(),
         });

@@ -84,6 +84,7 @@ impl Jobs {
                 Purpose::SaveAs => project(dialog).save_file(),
                 Purpose::Classes => classes(dialog).pick_file(),
                 Purpose::SaveClasses => classes(dialog).save_file(),
+                Purpose::Features => dialog.pick_file(),
             };
             tell(Outcome::Done(Done::Picked(purpose, path)));
         });
@@ -158,5 +159,6 @@ fn title(purpose: Purpose) -> &'static str {
         Purpose::Moved => "The folder of the scene",
         Purpose::Classes => "Read a class list",
         Purpose::SaveClasses => "Save the classes as a file",
+        Purpose::Features => "Choose a pretrained network",
     }
 }

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::graph::SurfaceGraph;
 use super::posterior::stretch;
 use super::segments::segments;
+use crate::features::{COMPONENTS, dot};
 
 /// Two regions become one where an edge costs at most this over their number of nodes more than the edges inside.
 const SCALE: f32 = 30.0;
@@ -23,6 +24,8 @@ const SIZE: f32 = 0.25;
 const MOST_SIZE: f32 = 0.75;
 /// Largest gap by all that.
 const MOST_UNLIKE: f32 = 5.0;
+/// Gap between regions in which a pretrained network sees nothing in common, and so much more is the largest gap with one.
+const FEATURES: f32 = 3.0;
 /// A label tells less of other regions, by this times the logarithm of how much smaller its own is than the largest:
 /// most that is far from all labels belongs to large things.
 const SMALLNESS: f32 = 0.3;
@@ -57,6 +60,8 @@ pub struct Look {
     regions: Vec<u32>,
     descriptors: Vec<Descriptor>,
     vertical: Vec3,
+    /// Unit vectors `[regions, COMPONENTS]` of what a pretrained network sees there; empty without one.
+    features: Vec<f32>,
 }
 
 impl Look {
@@ -73,6 +78,32 @@ impl Look {
             descriptors: descriptors(graph, &regions, vertical),
             regions,
             vertical,
+            features: Vec::new(),
+        }
+    }
+
+    /// Whether what a pretrained network sees in the regions is known.
+    pub(crate) fn has_features(&self) -> bool {
+        !self.features.is_empty()
+    }
+
+    /// Adds what a pretrained network sees in the regions: unit vectors `[regions, COMPONENTS]`, zero where it has seen none.
+    pub(super) fn set_features(&mut self, features: Vec<f32>) {
+        self.features = features;
+    }
+
+    fn feature_gap(&self, region: u32, labelled: u32) -> f32 {
+        if self.features.is_empty() {
+            return 0.0;
+        }
+        let of = |region: u32| &self.features[region as usize * COMPONENTS..][..COMPONENTS];
+        FEATURES * (1.0 - dot(of(region), of(labelled)))
+    }
+
+    fn most_unlike(&self) -> f32 {
+        match self.features.is_empty() {
+            true => MOST_UNLIKE,
+            false => MOST_UNLIKE + FEATURES,
         }
     }
 
@@ -118,7 +149,7 @@ impl Look {
             + FLATNESS * (a.flatness - b.flatness).abs()
             + (SIZE * (a.size - b.size).abs()).min(MOST_SIZE);
         let larger = if is_thing { (a.size - b.size).max(0.0) } else { 0.0 };
-        gap.min(MOST_UNLIKE) + b.smallness + LARGER * larger
+        (gap + self.feature_gap(region, labelled)).min(self.most_unlike()) + b.smallness + LARGER * larger
     }
 }
 

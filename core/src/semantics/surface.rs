@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 use super::graph::{Node, SurfaceGraph};
 use super::voxels::{OtherFrames, Points, Voxel, VoxelNodes, Voxels};
 use super::{FieldDepth, Look, NO_NODE, NodeMap, Superpixels, pixel_length};
+use crate::features::{COMPONENTS, FrameFeatures, ImageFeatures, normalise};
 use crate::field::median;
 use crate::scene::{Frame, Pixels, Scene};
 
@@ -42,6 +43,9 @@ const MOST_NODES: usize = 300_000;
 /// more than this.
 const ALL_PIXELS_FRAMES: usize = 40;
 const MOST_FUSED_PIXELS: usize = 32_000_000;
+
+/// Every so many pixels of a frame say what a pretrained network sees in their region: no divisor of usual widths.
+const FEATURE_STEP: usize = 7;
 
 /// The surface graph of a scene and the node that each pixel of each frame shows.
 #[derive(Clone, Debug, Default)]
@@ -125,6 +129,34 @@ impl Surface {
             return pixels.iter().map(node).collect();
         }
         pixels.iter().map(|&pixel| map.node(pixel as usize)).collect()
+    }
+
+    /// Adds to the look of the regions what a pretrained network sees in them: the mean of their pixels in all frames that
+    /// it has looked at.
+    pub(crate) fn add_features(&mut self, scene: &Scene, features: &ImageFeatures) {
+        let of_frame = |(frame, features): &(usize, FrameFeatures)| {
+            let camera = &scene.frames[*frame].camera;
+            let mut sums = vec![0.0; self.look.len() * COMPONENTS];
+            let nodes = self.nodes_of(*frame).unpack();
+            for (pixel, &node) in nodes.iter().enumerate().step_by(FEATURE_STEP) {
+                if node != NO_NODE {
+                    let sum =
+                        &mut sums[self.look.region(node as usize) as usize * COMPONENTS..][..COMPONENTS];
+                    let (x, y) = (pixel as u32 % camera.width, pixel as u32 / camera.width);
+                    let share = |at: u32, size: u32| (at as f32 + 0.5) / size as f32;
+                    features.add_at(share(x, camera.width), share(y, camera.height), sum);
+                }
+            }
+            sums
+        };
+        let mut means = vec![0.0; self.look.len() * COMPONENTS];
+        for block in features.frames().chunks(16) {
+            for sums in block.par_iter().map(of_frame).collect::<Vec<_>>() {
+                means.iter_mut().zip(sums).for_each(|(mean, sum)| *mean += sum);
+            }
+        }
+        means.chunks_exact_mut(COMPONENTS).for_each(normalise);
+        Arc::make_mut(&mut self.look).set_features(means);
     }
 
     /// Fuses the keyframes' depths (measured, or else the field's) to a graph; `None` where no pixel of any

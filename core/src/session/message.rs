@@ -1,6 +1,7 @@
 //! What the window (or a headless command) and the worker say to each other.
 
 use std::collections::{BTreeSet, HashMap};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use candle_core::{DType, Device, Tensor};
@@ -30,6 +31,9 @@ pub struct SessionOptions {
     /// need, and all of the semantic field follows them. A view that is asked for by [`Command::Render`] has the same
     /// effect for a while.
     pub views: bool,
+    /// File of a pretrained network, if any ([`Network`](crate::features::Network)): what it sees in the images helps to
+    /// tell what is alike.
+    pub features: Option<PathBuf>,
     /// Model state of an earlier session on the same scene.
     pub state: Option<Saved>,
 }
@@ -210,6 +214,8 @@ pub struct Status {
     pub generation: u64,
     /// Whether imported label images are still being propagated, so that the maps do not follow them yet.
     pub spreading_import: bool,
+    /// Whether a pretrained network is still looking at the images.
+    pub finding_features: bool,
     /// Whether training is over and all maps are published.
     pub settled: bool,
 }

@@ -9,6 +9,7 @@ use crossbeam_channel::{Receiver, TryRecvError};
 use super::TrainingEnd;
 use super::background::in_background;
 use super::demand::Measured;
+use crate::features::ImageFeatures;
 use crate::field::{FieldError, HeldOut, Ray, Trainer, frame_rays, render_rays};
 use crate::labels::LabelSet;
 use crate::scene::{Frame, Scene};
@@ -48,6 +49,8 @@ pub struct SurfaceRefiner {
     last_refinement: bool,
     rendering: Option<DepthRendering>,
     building: Option<Receiver<Option<BuiltSurface>>>,
+    /// What a pretrained network sees in the images, once that is known.
+    features: Option<Arc<ImageFeatures>>,
     /// Seconds that the newest refinement took, rendering and building.
     seconds: Option<f64>,
 }
@@ -127,7 +130,21 @@ impl SurfaceRefiner {
             last_refinement: refines,
             rendering: None,
             building: None,
+            features: None,
             seconds: None,
+        }
+    }
+
+    /// The surfaces built from now on know what a pretrained network sees in the images.
+    pub(super) fn set_features(&mut self, features: ImageFeatures) {
+        self.features = Some(Arc::new(features));
+    }
+
+    /// Has this surface know that too, unless another is under way.
+    pub(super) fn add_features(&mut self, surface: &Arc<Surface>, labels: &LabelSet) {
+        if self.is_idle() {
+            let surface = Arc::clone(surface);
+            self.build_by(labels.clone(), None, move |_| Some(Surface::clone(&surface)));
         }
     }
 
@@ -267,11 +284,26 @@ impl SurfaceRefiner {
         labels: LabelSet,
         rendering_seconds: Option<f64>,
     ) {
-        let (scene, extent, size) = (Arc::clone(&self.scene), self.extent, self.size);
+        let (extent, size) = (self.extent, self.size);
+        self.build_by(labels, rendering_seconds, move |scene| {
+            Surface::build_scaled(scene, &lengths, extent, size)
+        });
+    }
+
+    fn build_by(
+        &mut self,
+        labels: LabelSet,
+        rendering_seconds: Option<f64>,
+        surface: impl FnOnce(&Scene) -> Option<Surface> + Send + 'static,
+    ) {
+        let (scene, features) = (Arc::clone(&self.scene), self.features.clone());
         let build = move || {
             let start = Instant::now();
-            let mut propagation =
-                LabelPropagation::new(Arc::new(Surface::build_scaled(&scene, &lengths, extent, size)?));
+            let mut surface = surface(&scene)?;
+            if let Some(features) = features {
+                surface.add_features(&scene, &features);
+            }
+            let mut propagation = LabelPropagation::new(Arc::new(surface));
             propagation.set_labels(&scene, &labels);
             Some(BuiltSurface {
                 propagation,

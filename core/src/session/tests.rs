@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 use glam::{Affine3A, Vec3};
 
 use super::*;
+use crate::features::write_untrained;
 use crate::field::Preset;
 use crate::labels::testing::clicked;
 use crate::labels::{ClassId, History, Stroke, VOID};
@@ -23,6 +24,7 @@ pub(super) fn options() -> SessionOptions {
         threads: 2,
         seed: 1,
         views: true,
+        features: None,
         state: None,
     }
 }
@@ -247,6 +249,42 @@ fn where_depth_is_measured_everywhere_nothing_is_trained_before_somebody_looks_a
     let right = labels.iter().zip(&shown);
     let right = right.filter(|(rendered, shown)| rendered == shown).count();
     assert!(right > labels.len() / 2, "{right}");
+}
+
+#[test]
+fn the_surface_knows_what_a_pretrained_network_sees_and_a_file_of_something_else_costs_nothing_but_a_warning()
+{
+    let folder = tempfile::tempdir().unwrap();
+    let network = folder.path().join("untrained.safetensors");
+    write_untrained(&network);
+    let with = |features: &Path| {
+        start_with(SessionOptions {
+            views: false,
+            features: Some(features.to_path_buf()),
+            ..options()
+        })
+    };
+    let mut client = with(&network);
+    let maps = maps_of(&mut client, &two_clicks(), 1);
+    let settled = wait_for_status(&mut client, |status| status.is_final(1));
+    assert!(!settled.finding_features);
+    assert!(client.surface().unwrap().look.has_features());
+    assert_eq!(client.all_maps(1).unwrap().len(), maps.len());
+
+    let other = folder.path().join("notes.pth");
+    std::fs::write(&other, "notes").unwrap();
+    let mut client = with(&other);
+    client.label(two_clicks().labels().clone(), 1);
+    let warning = wait(&mut client, |event| match event {
+        Event::Warning(sentence) => Some(sentence.clone()),
+        _ => None,
+    });
+    assert!(
+        warning.contains("notes.pth") && warning.contains("MobileNetV2"),
+        "{warning}"
+    );
+    wait_for_status(&mut client, |status| status.is_final(1));
+    assert!(!client.surface().unwrap().look.has_features());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The worker thread: keeps the maps in step with the labels, and trains the rest of the time.
 
+mod features;
 mod following;
 mod publishing;
 mod training;
@@ -25,6 +26,7 @@ use crate::guide::Suggestion;
 use crate::labels::{LabelSet, Stroke};
 use crate::scene::{Scene, in_one_line};
 use crate::semantics::{FieldDepth, FrameMap, LabelPropagation, SurfaceImport};
+use features::FeatureSearch;
 
 pub(super) struct Worker<'a> {
     scene: Arc<Scene>,
@@ -38,6 +40,7 @@ pub(super) struct Worker<'a> {
     /// Imported images that are being propagated over a surface.
     importing: Option<Receiver<Option<SurfaceImport>>>,
     checking: Checking,
+    features: FeatureSearch,
     /// A newer surface, until the imported images are propagated over it too.
     waiting: Option<LabelPropagation>,
     labels: LabelSet,
@@ -108,6 +111,7 @@ impl<'a> Worker<'a> {
             propagation: None,
             importing: None,
             checking: Checking::default(),
+            features: FeatureSearch::new(options.features.clone()),
             waiting: None,
             labels: LabelSet::default(),
             generation: 0,
@@ -132,7 +136,7 @@ impl<'a> Worker<'a> {
         let stands = end == Some(TrainingEnd::LabelsStand) && self.refiner.is_idle();
         let up_to_date = (self.refiner.is_done() || stands) && !self.semantics.is_evaluating();
         let idle = up_to_date && self.importing.is_none() && self.stale.is_empty();
-        trained && idle && self.propagation.is_some()
+        trained && idle && !self.features.is_open() && self.propagation.is_some()
     }
 
     fn save(&self) -> Result<ModelState, WorkerError> {
@@ -230,6 +234,7 @@ impl WorkerTask for Worker<'_> {
             map_stride: None,
             generation: self.generation,
             spreading_import: self.importing.is_some(),
+            finding_features: self.features.is_open(),
             settled: self.is_settled(),
         };
         self.reporter.report(self.outbox, status);
@@ -247,6 +252,7 @@ impl WorkerTask for Worker<'_> {
             self.import_if_due();
         }
         self.take_import_if_ready()?;
+        self.take_features_if_ready();
         if self.reporter.is_due() {
             self.report_status();
         }

@@ -22,6 +22,7 @@ pub fn options(source: SceneSource) -> SessionOptions {
         threads: 2,
         seed: 4,
         views: false,
+        features: None,
         state: None,
     }
 }

@@ -370,6 +370,7 @@ mod tests {
                 threads: 2,
                 seed: 1,
                 views: false,
+                features: None,
                 state: None,
             },
             scene,

@@ -34,6 +34,8 @@ pub enum Purpose {
     Classes,
     /// A class list, to write.
     SaveClasses,
+    /// A pretrained network, to use.
+    Features,
 }
 
 /// The dialog shown.

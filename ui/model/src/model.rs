@@ -1,7 +1,7 @@
 //! The whole state of the window, without the window.
 
 use std::ops::Deref;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -89,6 +89,8 @@ pub struct Start {
     pub preset: Preset,
     /// Threads of the worker's pool; `None` = as the person prefers, or all cores but one.
     pub threads: Option<usize>,
+    /// File of a pretrained network; `None` = as the person prefers.
+    pub features: Option<PathBuf>,
     /// Seed of everything random.
     pub seed: u64,
     /// What the person prefers.

@@ -7,6 +7,7 @@ mod recent;
 mod store;
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use inplace_core::cores;
 use serde::{Deserialize, Serialize};
@@ -47,6 +48,8 @@ pub struct Preferences {
     pub scale: u16,
     /// Threads of the worker's pool; `None` leaves one core to the window.
     pub threads: Option<usize>,
+    /// File of a pretrained network that tells what looks alike.
+    pub features: Option<PathBuf>,
     /// How frames are shown and drawn on in scenes that have no settings of their own yet: some of the
     /// keys of [`Settings::to_json`].
     pub look: Map<String, Value>,
@@ -68,6 +71,7 @@ impl Default for Preferences {
             theme: Theme::Dark,
             scale: 100,
             threads: None,
+            features: None,
             look: Map::new(),
             keys: KeyMap::default(),
             recents: Recents::default(),
@@ -89,6 +93,8 @@ pub enum PreferenceChange {
     StepScale(i8),
     /// Threads of the worker's pool from the next opening on; `None` leaves one core to the window.
     Threads(Option<usize>),
+    /// File of a pretrained network, used from the next opening on.
+    Features(Option<PathBuf>),
     /// What the first key does by default gets the second one, or none.
     Key(Shortcut, Option<Shortcut>),
     /// All keys as they come.
@@ -114,6 +120,7 @@ impl Preferences {
                 self.change(PreferenceChange::Scale(percent));
             }
             PreferenceChange::Threads(threads) => self.threads = threads,
+            PreferenceChange::Features(file) => self.features = file,
             PreferenceChange::Key(default, present) => self.keys.set(default, present),
             PreferenceChange::ResetKeys => self.keys.reset(),
             PreferenceChange::Forget(place) => self.recents.forget(&place),
@@ -147,6 +154,7 @@ impl Preferences {
             ("theme", json!(self.theme)),
             ("scale", json!(self.scale)),
             ("threads", json!(self.threads)),
+            ("features", json!(self.features)),
             ("look", Value::Object(self.look.clone())),
             ("keys", self.keys.to_json()),
             ("recents", json!(self.recents)),
@@ -166,6 +174,7 @@ impl Preferences {
         let mut read = Self {
             theme: Theme::deserialize(value("theme")).unwrap_or_default(),
             threads: usize::deserialize(value("threads")).ok(),
+            features: PathBuf::deserialize(value("features")).ok(),
             look: Map::deserialize(value("look")).unwrap_or_default(),
             keys: KeyMap::from_json(value("keys")),
             recents: Recents::from_json(value("recents")),
@@ -201,7 +210,7 @@ mod tests {
     #[test]
     fn values_that_make_no_sense_are_as_they_come() {
         let json = json!({
-            "theme": 3, "scale": "x", "threads": 0, "look": [], "keys": 1, "recents": {}, "hints": [1, "?"],
+            "theme": 3, "scale": "x", "threads": 0, "features": 5, "look": [], "keys": 1, "recents": {}, "hints": [1, "?"],
             "window": [0, "x"],
         });
         let read = Preferences::from_json(json.as_object().unwrap());

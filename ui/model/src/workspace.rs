@@ -293,6 +293,7 @@ impl Workspace {
             (true, ..) => "Training has stopped",
             (_, true, _) | (.., Phase::Paused) => "Paused",
             (.., Phase::Training) if self.status.settled => "Settled",
+            (.., Phase::Training) if self.status.finding_features => "Finding look-alikes",
             (.., Phase::Training) => "Running",
             (.., Phase::Opening) => "Getting ready",
             (.., Phase::FindingSurface) => "Finding the surface",

@@ -1,8 +1,10 @@
 //! What a person can choose once for all scenes: looks, threads, keys, hints.
 
+use std::path::PathBuf;
+
 use egui::{Align, Event, Layout, RichText, ScrollArea, Slider, Ui};
 use inplace_core::cores;
-use inplace_model::dialogs::ChosenKey;
+use inplace_model::dialogs::{ChosenKey, Purpose};
 use inplace_model::hints::Hint;
 use inplace_model::keymap::{KeyMap, Shortcut};
 use inplace_model::preferences::{PreferenceChange, Theme, usual_threads};
@@ -16,6 +18,9 @@ use crate::widgets::choice_box;
 
 /// The scales to choose from, in percent.
 const SCALES: [u16; 7] = [100, 125, 150, 175, 200, 250, 300];
+
+/// What the features are.
+const FEATURES_MEAN: &str = "A network that was trained on photographs sees what looks alike, so that fewer clicks do. Inplace brings none: the guide says where to get the file";
 
 /// Takes the key that is being waited for; before anything else looks at the keys.
 pub fn listen(choosing: &mut Option<ChosenKey>, ctx: &egui::Context, commands: &mut Commands) {
@@ -295,7 +300,32 @@ fn training(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             }
         });
     });
+    line(ui, "Features", |ui| features(ui, model, commands));
     ui.add(egui::Label::new(RichText::new("Used from the next scene that you open on. Fewer leave more of the computer to other programs.").weak()).wrap());
+}
+
+/// The file of a pretrained network, which can be typed or chosen.
+fn features(ui: &mut Ui, model: &Model, commands: &mut Commands) {
+    let file = &model.preferences.features;
+    let mut path = file
+        .as_ref()
+        .map(|file| file.display().to_string())
+        .unwrap_or_default();
+    let browse = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let browse = ui.button("Browse...").on_hover_text(FEATURES_MEAN);
+        let edit = egui::TextEdit::singleline(&mut path).hint_text("none: a file of MobileNetV2");
+        let edit = ui
+            .add(edit.desired_width(f32::INFINITY))
+            .on_hover_text(FEATURES_MEAN);
+        if edit.accessible_name("Features").changed() {
+            let file = (!path.is_empty()).then(|| PathBuf::from(path));
+            commands.push(Command::Prefer(PreferenceChange::Features(file)));
+        }
+        browse
+    });
+    if browse.inner.clicked() {
+        commands.push(Command::Browse(Purpose::Features));
+    }
 }
 
 fn hints(ui: &mut Ui, model: &Model, commands: &mut Commands) {

@@ -40,6 +40,7 @@ impl Worker<'_> {
         if let Some(before) = &self.propagation {
             self.demand.surface_changed(before, &propagation);
         }
+        self.find_features();
         self.propagation = Some(propagation);
         self.checking.start_anew();
         if self.demand.readers().maps {

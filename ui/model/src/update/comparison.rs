@@ -45,6 +45,7 @@ impl Model {
                 threads: self.threads(),
                 seed: self.start.seed,
                 views: false,
+                features: self.features(),
                 state: None,
             },
             scene,

@@ -10,7 +10,7 @@ use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::Model;
 use crate::opening::{Target, new_project};
-use crate::preferences::RecentPlace;
+use crate::preferences::{PreferenceChange, RecentPlace};
 use crate::project_session::{ProjectSession, SavedState};
 use crate::workspace::Workspace;
 
@@ -40,6 +40,7 @@ impl Model {
                 }
             }
             (_, Purpose::Scene) => self.open(Target::Scene(SceneSource::Folder(path))),
+            (_, Purpose::Features) => self.prefer(PreferenceChange::Features(Some(path))),
             (_, Purpose::Project) => self.open(Target::Project(path)),
             _ => {}
         }

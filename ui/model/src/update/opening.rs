@@ -103,6 +103,12 @@ impl Model {
         chosen.unwrap_or_else(usual_threads).max(1)
     }
 
+    /// File of the pretrained network: as the command line says, or as preferred.
+    pub(crate) fn features(&self) -> Option<PathBuf> {
+        let preferred = &self.state.preferences.features;
+        self.start.features.as_ref().or(preferred.as_ref()).cloned()
+    }
+
     pub(crate) fn start_session(&mut self, ticket: u64, prepared: Prepared) {
         let options = SessionOptions {
             source: prepared.source.clone(),
@@ -111,6 +117,7 @@ impl Model {
             threads: self.threads(),
             seed: self.start.seed,
             views: false,
+            features: self.features(),
             state: prepared.state(),
         };
         let Some(opening) = self.opening(ticket) else {
