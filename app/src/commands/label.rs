@@ -116,6 +116,11 @@ fn inputs(arguments: &LabelArguments, options: &SessionOptions) -> Result<Inputs
         strokes_sha256: strokes.map(|file| export::digest(&[file])).transpose()?,
         import_sha256: images.map(|files| export::digest(&files)).transpose()?,
         trust: arguments.trust.map(Trust::value),
+        features_sha256: options
+            .features
+            .as_ref()
+            .map(|file| export::digest(&[file]))
+            .transpose()?,
         preset: options.preset,
         seed: options.seed,
         depth: options.open.depth,
@@ -186,6 +191,11 @@ fn label(
     let status = client.status();
     let write = writing.elapsed().as_secs_f64();
     let total = start.elapsed().as_secs_f64();
+    if status.finding_features {
+        eprintln!(
+            "inplace: the budget was over before the pretrained network had looked at the images; the labels do without it"
+        );
+    }
     let over_budget = budget.and_then(|budget| budget.exceeded(total, load, write));
     let report = Report {
         version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -24,6 +24,8 @@ pub struct Inputs {
     pub import_sha256: Option<String>,
     /// How far those are trusted, 0 to 1, where that was said.
     pub trust: Option<f32>,
+    /// [`digest`] of the file of a pretrained network.
+    pub features_sha256: Option<String>,
     /// How much the field may model.
     pub preset: Preset,
     /// Seed of everything random.
@@ -135,10 +137,11 @@ mod tests {
         let text = fs::read_to_string(folder.path().join("report.json")).unwrap();
         let not_measured = "\"depth_error_m\": null";
         assert!(text.contains(not_measured), "{text}");
-        let changes: [fn(&mut Inputs); 6] = [
+        let changes: [fn(&mut Inputs); 7] = [
             |inputs| inputs.scene.push("other"),
             |inputs| inputs.strokes_sha256 = Some("cd".to_owned()),
             |inputs| inputs.import_sha256 = Some("cd".to_owned()),
+            |inputs| inputs.features_sha256 = Some("cd".to_owned()),
             |inputs| inputs.seed = 0,
             |inputs| inputs.budget_s = None,
             |inputs| inputs.depth = true,

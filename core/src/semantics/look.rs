@@ -274,6 +274,23 @@ mod tests {
     }
 
     #[test]
+    fn what_a_pretrained_network_sees_joins_the_rest_of_the_look() {
+        let row = (0..300).map(|k| Node {
+            color: [Vec3::splat(0.3), Vec3::new(0.7, 0.2, 0.2)][(k / 100) % 2],
+            ..node(Vec3::new(0.05 * (k / 10) as f32, 0.05 * (k % 10) as f32, 0.0))
+        });
+        let graph = SurfaceGraph::new(row.collect());
+        let mut look = Look::new(&graph, Vec3::Y);
+        assert_eq!(look.len(), 3);
+        let before = [look.gap(2, 0, false), look.gap(1, 0, false)];
+        let unit = |axis: usize| (0..COMPONENTS).map(move |own| if own == axis { 1.0 } else { 0.0 });
+        // The network sees the same in the red part as in the first gray one, and something else in the last.
+        look.set_features(unit(0).chain(unit(0)).chain(unit(1)).collect());
+        assert_eq!(look.gap(1, 0, false), before[1]);
+        assert!((look.gap(2, 0, false) - before[0] - FEATURES).abs() < 1e-5);
+    }
+
+    #[test]
     fn white_and_red_in_cielab() {
         let white = cielab(Vec3::ONE);
         assert!(white.distance(Vec3::new(100.0, 0.0, 0.0)) < 0.1, "{white}");

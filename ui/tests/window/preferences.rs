@@ -1,5 +1,7 @@
 //! What a person prefers: kept, taken back when damaged, keys, scale, hints.
 
+use std::path::Path;
+
 use egui::{Key, Modifiers};
 use inplace_model::Command;
 use inplace_model::hints::Hint;
@@ -26,6 +28,7 @@ fn the_scale_has_keys_preferences_survive_a_restart_and_damaged_ones_are_set_asi
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Light");
     assert_eq!(window.harness.ctx.theme(), egui::Theme::Light);
+    window.type_into("Features", "/nets/mobilenet.pth");
     window.choose("Close");
     window.click_through(&["View", "Borders between classes"]);
     assert!(!window.model().settings.outlines);
@@ -33,6 +36,8 @@ fn the_scale_has_keys_preferences_survive_a_restart_and_damaged_ones_are_set_asi
     let window = Window::new(folder.path(), None);
     assert_eq!(window.model().preferences.scale, 110);
     assert_eq!(window.model().preferences.theme, Theme::Light);
+    let features = window.model().preferences.features.as_deref();
+    assert_eq!(features, Some(Path::new("/nets/mobilenet.pth")));
     assert!(!window.model().settings.outlines);
     window.close();
     std::fs::write(preferences_file(folder.path()), "{ damaged").unwrap();
