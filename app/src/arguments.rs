@@ -232,6 +232,7 @@ mod tests {
             "--budget=-5",
             "--budget=never",
             "--preset=best",
+            "--features=src/main.rs",
             "--threads=0",
             "--trust=1",
             "--import=images --trust=1.5",

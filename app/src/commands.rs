@@ -53,14 +53,18 @@ pub fn run(arguments: Arguments, started: Instant) -> Result<(), Failure> {
     }
 }
 
-/// Refuses the published network where neither a budget nor a fast device bounds its training.
-fn refuse_endless(training: &TrainingArguments, budget: Option<f64>) -> Result<(), Failure> {
+/// Refuses the published network where neither a budget nor a fast device bounds its training, and beside features, which it
+/// makes no use of.
+fn check_preset(training: &TrainingArguments, budget: Option<f64>) -> Result<(), Failure> {
     if training.preset == Preset::Reference && budget.is_none() && best_device()?.is_cpu() {
         return Err(
             "the published network trains for a month on this computer; use `inplace label --preset reference` \
              with a --budget in seconds, or another preset"
                 .into(),
         );
+    }
+    if training.preset == Preset::Reference && training.reading.features.is_some() {
+        return Err("the published network makes no use of --features; leave one of the two away".into());
     }
     Ok(())
 }

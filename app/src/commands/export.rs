@@ -13,7 +13,7 @@ use inplace_core::session::{Command, Measured, ModelState, Progress};
 
 use super::budget::Budget;
 use super::run::{self, GENERATION};
-use super::{Failure, refuse_endless};
+use super::{Failure, check_preset};
 use crate::arguments::ExportArguments;
 
 /// Wall time from the start to the last file written, in seconds, where depth was measured and nothing was learnt before.
@@ -85,7 +85,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
         let budget = arguments.budget.filter(|_| !is_learnt).or(usual);
         // What views are rendered from is learnt without a budget.
-        refuse_endless(&arguments.training, budget.filter(|_| trajectory.is_none()))?;
+        check_preset(&arguments.training, budget.filter(|_| trajectory.is_none()))?;
         if trajectory.is_some() {
             // Views are rendered from a field that has learnt all it can. Labels teach only the semantic field.
             client.settled(0, None)?;

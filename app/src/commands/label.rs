@@ -18,7 +18,7 @@ use serde_json::json;
 
 use super::budget::Budget;
 use super::run::{self, GENERATION};
-use super::{Failure, refuse_endless};
+use super::{Failure, check_preset};
 use crate::arguments::LabelArguments;
 
 /// Where the labels come from; they are read when the scene is open.
@@ -88,7 +88,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
 }
 
 fn label_unless_finished(arguments: &LabelArguments, start: Instant) -> Result<(), Failure> {
-    refuse_endless(&arguments.training, arguments.budget)?;
+    check_preset(&arguments.training, arguments.budget)?;
     let (options, strokes) = job(arguments)?;
     let inputs = inputs(arguments, &options)?;
     let finished = || export::finished(&arguments.out, env!("CARGO_PKG_VERSION"), &inputs);
