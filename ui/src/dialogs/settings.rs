@@ -315,7 +315,7 @@ fn features(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         let browse = ui.button("Browse...").on_hover_text(FEATURES_MEAN);
         let edit = egui::TextEdit::singleline(&mut path).hint_text("none: a file of MobileNetV2");
         let edit = ui
-            .add(edit.desired_width(f32::INFINITY))
+            .add(edit.desired_width(f32::INFINITY).align(egui::Align2::LEFT_CENTER))
             .on_hover_text(FEATURES_MEAN);
         if edit.accessible_name("Features").changed() {
             let file = (!path.is_empty()).then(|| PathBuf::from(path));
