@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::labels::Stroke;
 use inplace_core::project::Project;
-use inplace_tests::{Hands, Small, TRACE, Window, contents_of, number, projects_below, skip};
+use inplace_tests::{Hands, Small, TRACE, Window, contents_of, number, skip};
 use rand::{Rng, SeedableRng, rngs::SmallRng, seq::IteratorRandom};
 
 const SECONDS: &str = "INPLACE_MONKEY_SECONDS";
@@ -125,12 +125,6 @@ fn act(hands: &Hands, random: &mut SmallRng) {
     std::thread::sleep(Duration::from_millis(15));
 }
 
-/// The project file below a folder that was written last, backups aside.
-fn newest_project(folder: &Path) -> Option<PathBuf> {
-    let written = |path: &PathBuf| fs::metadata(path).and_then(|file| file.modified()).ok();
-    projects_below(folder).into_iter().max_by_key(written)
-}
-
 /// Resident memory of a process, in megabytes.
 fn memory(process: u32) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
@@ -205,7 +199,10 @@ fn random_input_breaks_and_loses_nothing() {
         for event in ["compared", "audit", "exported"] {
             println!("{event}: {}", window.trace().count(event));
         }
-        let file = newest_project(window.home.path()).unwrap();
+        let file = window.trace().last("project").unwrap()["file"]
+            .as_str()
+            .map(PathBuf::from)
+            .unwrap();
         let (_, contents) = Project::open(&file).unwrap();
         let labels = contents.history.labels();
         let newest = labels.strokes.last_key_value();

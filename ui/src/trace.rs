@@ -31,6 +31,7 @@ pub struct Trace {
 struct Seen {
     typing: bool,
     exported: Option<PathBuf>,
+    project: Option<PathBuf>,
     scene: Option<u64>,
     labels: Option<u64>,
     classes: Option<Version>,
@@ -91,6 +92,7 @@ impl Trace {
         let now = Seen {
             typing,
             exported: exported.cloned(),
+            project: model.project.as_ref().map(|project| project.path.clone()),
             scene: workspace.map(|workspace| workspace.serial),
             labels: workspace.map(|workspace| workspace.document.generation()),
             classes: workspace.map(|workspace| workspace.document.palette().version()),
@@ -121,6 +123,9 @@ impl Trace {
         if let Some(workspace) = workspace {
             if other_scene {
                 self.tell("opened", opened(workspace));
+            }
+            if before.project != self.seen.project {
+                self.tell("project", json!({ "file": self.seen.project }));
             }
             if other_scene || before.classes != self.seen.classes {
                 let classes = workspace.document.classes();
