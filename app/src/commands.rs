@@ -63,8 +63,8 @@ fn check_preset(training: &TrainingArguments, budget: Option<f64>) -> Result<(),
                 .into(),
         );
     }
-    if training.preset == Preset::Reference && training.reading.features.is_some() {
-        return Err("the published network makes no use of --features; leave one of the two away".into());
+    if training.preset == Preset::Reference && training.features.is_some() {
+        return Err("the published network does not use --features; leave out one of the two".into());
     }
     Ok(())
 }

@@ -16,13 +16,16 @@ pub struct TrainingArguments {
     /// network, for which `inplace` needs `label` with a --budget.
     #[arg(long, value_name = "NAME", default_value = "auto")]
     pub preset: Preset,
+    /// A pretrained network that recognises what looks alike: MobileNetV2, in a file as torchvision saves it.
+    #[arg(long, value_name = "FILE", value_parser = network_file)]
+    pub features: Option<PathBuf>,
     /// What is read of the scene, and what it is computed with.
     #[command(flatten)]
     pub reading: ReadingArguments,
 }
 
 /// What is read of a scene, and what it is computed with.
-#[derive(Clone, Debug, Default, clap::Args)]
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct ReadingArguments {
     /// Leave measured depth and sparse points aside.
     #[arg(long)]
@@ -30,9 +33,6 @@ pub struct ReadingArguments {
     /// Read images that a file of the capture names outside its folder.
     #[arg(long)]
     pub outside_files: bool,
-    /// A pretrained network that tells what looks alike: MobileNetV2, in a file as torchvision has it.
-    #[arg(long, value_name = "FILE", value_parser = network_file)]
-    pub features: Option<PathBuf>,
     /// Threads to train with [default: all cores, or all but one beside the window].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
@@ -65,7 +65,7 @@ impl ReadingArguments {
             threads: self.threads(),
             seed: self.seed,
             views: false,
-            features: self.features.clone(),
+            features: None,
             state: None,
         }
     }
@@ -74,7 +74,10 @@ impl ReadingArguments {
 impl TrainingArguments {
     /// The options of a session without a window.
     pub fn session_options(&self, source: SceneSource) -> SessionOptions {
-        self.reading.session_options(source, self.preset)
+        SessionOptions {
+            features: self.features.clone(),
+            ..self.reading.session_options(source, self.preset)
+        }
     }
 }
 

@@ -36,7 +36,7 @@ const SAMPLED_EVERY: usize = 8;
 pub enum FeatureError {
     /// A file of something else, or one that cannot be read.
     #[error(
-        "{path}: this is no MobileNetV2 as torchvision saves it ({reason}); the guide says where to get one"
+        "{path}: this is not MobileNetV2 as torchvision saves it ({reason}); the guide says where to get the file"
     )]
     Unknown {
         /// The file.
@@ -45,8 +45,11 @@ pub enum FeatureError {
         reason: String,
     },
     /// The network did not work.
-    #[error("the pretrained network could not look at the images ({}); labels spread without it", in_one_line(.0))]
+    #[error("the pretrained network failed ({}), so labels spread without it", in_one_line(.0))]
     Failed(#[from] Error),
+    /// The thread that it runs on died.
+    #[error("the pretrained network was ended by an internal error, so labels spread without it")]
+    Ended,
 }
 
 impl Network {

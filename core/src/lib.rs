@@ -5,7 +5,7 @@
 //! - [`scene`]: a posed capture: cameras, frames, formats, the demo room
 //! - [`labels`]: what the person said: classes, strokes, undo and redo
 //! - [`stereo`]: depth of a capture of colours alone, from several views
-//! - [`features`]: what a pretrained network of the person's own sees in the images
+//! - [`features`]: what a pretrained network that the person brings sees in the images
 //! - [`field`]: density and colour of the scene, learnt from its pixels
 //! - [`semantics`]: how labels spread over the scene's surface
 //! - [`guide`]: what to label next

@@ -177,7 +177,7 @@ fn render(
     options: &Options,
 ) -> Result<Written, Failure> {
     let Some((surface, posterior)) = labelled.maps.first().and_then(|map| map.surface()) else {
-        return Err("this preset finds no surface whose labels could be seen; leave --preset away".into());
+        return Err("this preset finds no surface whose labels could be seen; leave out --preset".into());
     };
     let training = &arguments.training;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(training.reading.threads());

@@ -276,7 +276,7 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
     if let Some(folder) = &arguments.import {
         if arguments.training.preset == Preset::Reference {
             return Err(
-                "the published network does not learn from label images here; leave --preset away".into(),
+                "the published network does not learn from label images here; leave out --preset".into(),
             );
         }
         if !folder.is_dir() {
@@ -290,7 +290,7 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
     }
     if is_project(&arguments.scene) {
         if arguments.strokes.is_some() {
-            return Err("a project brings its own strokes; leave --strokes away".into());
+            return Err("a project brings its own strokes; leave out --strokes".into());
         }
         let contents = Contents::read(&arguments.scene)?;
         options.source = contents.scene.source.clone();

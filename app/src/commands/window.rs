@@ -24,7 +24,7 @@ pub fn run(arguments: WindowArguments, demo: bool, started: Instant) -> Result<(
         read: arguments.training.reading.open_options(),
         preset: arguments.training.preset,
         threads: arguments.training.reading.threads.map(usize::from),
-        features: arguments.training.reading.features.clone(),
+        features: arguments.training.features.clone(),
         seed: arguments.training.reading.seed,
         stats: arguments.stats.then_some(started),
         trace: arguments.trace,

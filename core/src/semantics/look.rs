@@ -60,8 +60,8 @@ pub struct Look {
     regions: Vec<u32>,
     descriptors: Vec<Descriptor>,
     vertical: Vec3,
-    /// Unit vectors `[regions, COMPONENTS]` of what a pretrained network sees there; empty without one.
-    features: Vec<f32>,
+    /// Unit vectors `[regions, COMPONENTS]` of what a pretrained network sees there, where there is one.
+    features: Option<Vec<f32>>,
 }
 
 impl Look {
@@ -78,33 +78,18 @@ impl Look {
             descriptors: descriptors(graph, &regions, vertical),
             regions,
             vertical,
-            features: Vec::new(),
+            features: None,
         }
     }
 
     /// Whether what a pretrained network sees in the regions is known.
     pub(crate) fn has_features(&self) -> bool {
-        !self.features.is_empty()
+        self.features.is_some()
     }
 
     /// Adds what a pretrained network sees in the regions: unit vectors `[regions, COMPONENTS]`, zero where it has seen none.
     pub(super) fn set_features(&mut self, features: Vec<f32>) {
-        self.features = features;
-    }
-
-    fn feature_gap(&self, region: u32, labelled: u32) -> f32 {
-        if self.features.is_empty() {
-            return 0.0;
-        }
-        let of = |region: u32| &self.features[region as usize * COMPONENTS..][..COMPONENTS];
-        FEATURES * (1.0 - dot(of(region), of(labelled)))
-    }
-
-    fn most_unlike(&self) -> f32 {
-        match self.features.is_empty() {
-            true => MOST_UNLIKE,
-            false => MOST_UNLIKE + FEATURES,
-        }
+        self.features = Some(features);
     }
 
     /// Number of regions.
@@ -149,7 +134,15 @@ impl Look {
             + FLATNESS * (a.flatness - b.flatness).abs()
             + (SIZE * (a.size - b.size).abs()).min(MOST_SIZE);
         let larger = if is_thing { (a.size - b.size).max(0.0) } else { 0.0 };
-        (gap + self.feature_gap(region, labelled)).min(self.most_unlike()) + b.smallness + LARGER * larger
+        let unlike = match &self.features {
+            None => gap.min(MOST_UNLIKE),
+            Some(features) => {
+                let of = |region: u32| &features[region as usize * COMPONENTS..][..COMPONENTS];
+                let seen = FEATURES * (1.0 - dot(of(region), of(labelled)));
+                (gap + seen).min(MOST_UNLIKE + FEATURES)
+            }
+        };
+        unlike + b.smallness + LARGER * larger
     }
 }
 

@@ -7,7 +7,7 @@ use super::*;
 use crate::features::write_untrained;
 use crate::field::Preset;
 use crate::labels::testing::clicked;
-use crate::labels::{ClassId, History, Stroke, VOID};
+use crate::labels::{ClassId, History, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID};
 use crate::scene::testing::{wall, without_depth};
 use crate::scene::{Camera, OpenOptions, SceneSource, SparsePoint, Viewpoint, write_replica};
 use crate::stereo::tests::capture;
@@ -264,12 +264,19 @@ fn the_surface_knows_what_a_pretrained_network_sees_and_a_file_of_something_else
             ..options()
         })
     };
-    let mut client = with(&network);
-    let maps = maps_of(&mut client, &two_clicks(), 1);
-    let settled = wait_for_status(&mut client, |status| status.is_final(1));
-    assert!(!settled.finding_features);
-    assert!(client.surface().unwrap().look.has_features());
-    assert_eq!(client.all_maps(1).unwrap().len(), maps.len());
+    let image = ImportedMap::new(4, &[1; 64 * 48]);
+    let imported = ImportedLabels {
+        maps: vec![image],
+        trust: Trust::new(0.5).unwrap(),
+    };
+    for imported in [None, Some(Arc::new(imported))] {
+        let mut client = with(&network);
+        let clicks = two_clicks().labels().clone();
+        client.label(LabelSet { imported, ..clicks }, 1);
+        let settled = wait_for_status(&mut client, |status| status.is_final(1));
+        assert!(!settled.finding_features);
+        assert!(client.surface().unwrap().look.has_features());
+    }
 
     let other = folder.path().join("notes.pth");
     std::fs::write(&other, "notes").unwrap();

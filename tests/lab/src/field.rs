@@ -329,7 +329,7 @@ fn labelled_by_clicks(arguments: &FieldArguments, learnt: &mut Learnt) -> Result
 /// Measures every scene, writes `field.csv`, and prints.
 pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
     if arguments.on.training.preset == Preset::Reference {
-        return Err("the published network learns labels and colours at once; leave --preset away".into());
+        return Err("the published network learns labels and colours at once; leave out --preset".into());
     }
     let out = &arguments.on.output.out;
     begin(out, &arguments.on.scenes)?;

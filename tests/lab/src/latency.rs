@@ -82,7 +82,7 @@ impl Percentiles {
 pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
     let training = &arguments.on.training;
     if training.preset == Preset::Reference {
-        return Err("the published network has no maps while it trains; leave --preset away".into());
+        return Err("the published network has no maps while it trains; leave out --preset".into());
     }
     let out = &arguments.on.output.out;
     begin(out, &arguments.on.scenes)?;

@@ -293,7 +293,7 @@ pub const COLUMNS: &str = "scene experiment depth seed miou:4 average_accuracy:4
 pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
     let training = &arguments.on.training;
     if training.preset == Preset::Reference {
-        return Err("the published network cannot learn from label images here; leave --preset away".into());
+        return Err("the published network cannot learn from label images here; leave out --preset".into());
     }
     let out = &arguments.on.output.out;
     begin(out, &arguments.on.scenes)?;

@@ -148,7 +148,7 @@ fn runs(arguments: &ParetoArguments) -> Vec<ParetoRun> {
         for number in 0..arguments.seeds {
             let reading = ReadingArguments {
                 seed: arguments.reading.seed.wrapping_add(number),
-                ..arguments.reading.clone()
+                ..arguments.reading
             };
             runs.extend(methods(arguments).into_iter().map(|method| ParetoRun {
                 session: reading.session_options(SceneSource::from_argument(scene), Preset::Auto),

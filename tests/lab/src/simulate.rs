@@ -144,14 +144,19 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
 
 /// What was measured, in a line.
 fn conditions(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoint]) -> String {
-    let TrainingArguments { preset, reading } = &arguments.training;
+    let TrainingArguments {
+        preset,
+        reading,
+        features,
+    } = &arguments.training;
     let depth = if reading.no_depth { " without depth" } else { "" };
+    let network = features.as_ref().map_or("", |_| " and a pretrained network");
     let answer = match arguments.settle {
         0.0 => "the surface graph alone".to_owned(),
         settle => format!("maps measured at most {settle} s after a batch of clicks"),
     };
     format!(
-        "{}{depth}; {} preset, {threads} threads; mean and range over {} from {}; {answer}",
+        "{}{depth}; {} preset{network}, {threads} threads; mean and range over {} from {}; {answer}",
         points.first().map_or("", |point| point.scene.as_str()),
         preset.name(),
         counted(arguments.seeds, "seed"),

@@ -303,7 +303,7 @@ pub fn table(outcomes: &[Outcome]) -> serde_json::Result<String> {
 pub fn run(arguments: &Settings) -> Result<(), Failure> {
     let training = &arguments.training;
     if training.preset == Preset::Reference {
-        return Err("the published network has no maps while it trains; leave --preset away".into());
+        return Err("the published network has no maps while it trains; leave out --preset".into());
     }
     let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;

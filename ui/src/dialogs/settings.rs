@@ -20,7 +20,7 @@ use crate::widgets::choice_box;
 const SCALES: [u16; 7] = [100, 125, 150, 175, 200, 250, 300];
 
 /// What the features are.
-const FEATURES_MEAN: &str = "A network that was trained on photographs sees what looks alike, so that fewer clicks do. Inplace brings none: the guide says where to get the file";
+const FEATURES_MEAN: &str = "A network that was trained on photographs recognises what looks alike, so fewer clicks are enough. Inplace does not ship one; the guide says where to get the file";
 
 /// Takes the key that is being waited for; before anything else looks at the keys.
 pub fn listen(choosing: &mut Option<ChosenKey>, ctx: &egui::Context, commands: &mut Commands) {
@@ -313,7 +313,7 @@ fn features(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         .unwrap_or_default();
     let browse = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let browse = ui.button("Browse...").on_hover_text(FEATURES_MEAN);
-        let edit = egui::TextEdit::singleline(&mut path).hint_text("none: a file of MobileNetV2");
+        let edit = egui::TextEdit::singleline(&mut path).hint_text("none (a MobileNetV2 file)");
         let edit = ui
             .add(edit.desired_width(f32::INFINITY).align(egui::Align2::LEFT_CENTER))
             .on_hover_text(FEATURES_MEAN);

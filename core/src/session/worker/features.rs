@@ -49,19 +49,25 @@ impl Worker<'_> {
     /// Has the present surface know what the network sees as soon as that is known; those to come are built with it.
     pub(super) fn take_features_if_ready(&mut self) {
         if let FeatureSearch::Running(running) = &mut self.features {
-            let warning = match Background::take_ready(running) {
-                Some((_, Ok(features))) => {
-                    self.refiner.set_features(features);
-                    self.features = FeatureSearch::Known;
-                    return;
-                }
-                Some((_, Err(error))) => error.to_string(),
+            let found = match Background::take_ready(running) {
+                Some((_, found)) => found,
                 None if running.is_some() => return,
-                None => "the pretrained network could not look at the images, so labels spread without it"
-                    .to_owned(),
+                None => Err(FeatureError::Ended),
             };
-            self.outbox.send(Event::Warning(warning));
-            self.features = FeatureSearch::Closed;
+            self.features = match found {
+                Ok(features) => {
+                    self.refiner.set_features(features);
+                    FeatureSearch::Known
+                }
+                Err(error) => {
+                    self.outbox.send(Event::Warning(error.to_string()));
+                    FeatureSearch::Closed
+                }
+            };
+        }
+        if self.waiting.is_some() {
+            // The surface that comes next may know already.
+            return;
         }
         if let (FeatureSearch::Known, Some(propagation)) = (&self.features, &self.propagation) {
             if propagation.surface().look.has_features() {
