@@ -45,11 +45,6 @@ impl ImageEdges {
         }
     }
 
-    /// Pixels in a row.
-    pub(crate) fn width(&self) -> usize {
-        self.width
-    }
-
     /// Replaces each pixel's values by their sums over the pixels around, which count less the farther they are along
     /// rows and columns, in units of `scale` pixels, and much less across edges of colour (domain transform by recursive
     /// filters, Gastal and Oliveira 2011). Where there are no edges, the weights add up to about one over the factor

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::borders::nodes_at_borders;
+use super::label_images::LabelImages;
 use super::posterior::NodeSummary;
 use super::superpixels::nodes_along_edges;
 use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceImport, SurfaceObjects};
@@ -87,15 +88,25 @@ impl OnSurface {
     fn nodes(&self, frame: usize) -> Vec<u32> {
         let shown = self.surface.nodes_of(frame).unpack();
         let (number, frame) = (frame, &self.scene.frames[frame]);
+        let images = self.import.as_deref().map(|import| LabelImages {
+            scene: &self.scene,
+            surface: &self.surface,
+            posterior: &self.posterior,
+            import,
+            number,
+        });
         match frame.depth() {
             Some(depth) if self.surface.is_sharp => {
                 let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
-                nodes_at_borders(frame, depth, &shown, nodes, labels)
+                let chosen = nodes_at_borders(frame, depth, &shown, nodes, labels);
+                match images {
+                    Some(images) => images.nodes_where_exact(&shown, chosen),
+                    None => chosen,
+                }
             }
             _ => {
                 let superpixels = || self.surface.superpixels.of_frame(number, frame);
-                let import = self.import.as_deref();
-                nodes_along_edges((frame, number), &shown, &self.posterior, import, superpixels)
+                nodes_along_edges(frame, &shown, &self.posterior, images, superpixels)
             }
         }
     }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::own_image::nodes_by_own_image;
+use super::label_images::LabelImages;
 use super::segments::segments;
-use super::{NO_NODE, Posterior, SurfaceImport};
+use super::{NO_NODE, Posterior};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{Cache, Camera, Frame, ImageEdges};
 
@@ -49,27 +49,27 @@ impl Superpixels {
     }
 }
 
-/// The node that every pixel of a frame with this number takes its class from, row-major, [`NO_NODE`] where there is none;
+/// The node that every pixel of a frame takes its class from, row-major, [`NO_NODE`] where there is none;
 /// `shown` are those that the pixels show; `superpixels` gives the frame's superpixels ([`superpixels_of`]).
 ///
 /// Depth by stereo or from the field is off by some pixels at the edges of things, and so are borders that are looked up
 /// along it. Near borders each superpixel (Felzenszwalb and Huttenlocher 2004) takes the class that most of its pixels show, then the
 /// borders are flooded from inside the classes, the smallest gradient first (watershed; Meyer 1994). Pixels whose class
 /// stays the same keep their node, others take that of a pixel beside them with the new class. Where there are label
-/// images, nodes that are sure of their class keep their pixels, and a frame's own image may know better
-/// ([`nodes_by_own_image`]): it does if its borders lie where the colours differ more.
+/// images, nodes that are sure of their class keep their pixels, and the images may know better
+/// ([`LabelImages::nodes_along_edges`]): they do if their borders lie where the colours differ more.
 pub(super) fn nodes_along_edges(
-    (frame, number): (&Frame, usize),
+    frame: &Frame,
     shown: &[u32],
     posterior: &Posterior,
-    import: Option<&SurfaceImport>,
+    images: Option<LabelImages<'_>>,
     superpixels: impl FnOnce() -> Arc<Vec<u32>>,
 ) -> Vec<u32> {
     let class = |node: u32| posterior.labels.get(node as usize).copied().unwrap_or(VOID);
     let from = |least: Option<u16>| {
         move |node: u32| least.is_some_and(|least| posterior.confidence[node as usize] >= least)
     };
-    let mut is_sure = from(import.map(SurfaceImport::sure));
+    let mut is_sure = from(images.map(|images| images.import.sure()));
     let mut known = shown
         .iter()
         .filter(|&&node| node != NO_NODE)
@@ -81,15 +81,16 @@ pub(super) fn nodes_along_edges(
     let (stride, camera, means) = reduced(frame);
     let colors: Vec<Vec3> = means.iter().copied().map(Vec3::from).collect();
     let middle = |index| shown[frame.camera.middle_of_reduced(stride, index)];
-    let mut nodes: Vec<u32> = (0..camera.pixels()).map(middle).collect();
+    let reduced: Vec<u32> = (0..camera.pixels()).map(middle).collect();
+    let mut nodes = reduced.clone();
     vote(&camera, &superpixels(), &mut nodes, class, is_sure);
     flood(&camera, &|index| colors[index], &mut nodes, class, is_sure, REACH);
-    if let Some(import) = import {
+    if let Some(images) = images {
         let edges = ImageEdges::new(&means, camera.width as usize);
         let at_borders = |nodes: &[u32]| edges.mean_at(|a, b| class(nodes[a]) != class(nodes[b]));
-        let own = nodes_by_own_image((frame, number, stride), &edges, &nodes, posterior, import);
-        if let Some(own) = own.filter(|own| at_borders(own) > at_borders(&nodes)) {
-            nodes = own;
+        let said = images.nodes_along_edges((&camera, stride), &edges, &reduced, &nodes);
+        if let Some(said) = said.filter(|said| at_borders(said) > at_borders(&nodes)) {
+            nodes = said;
             is_sure = from(None);
         }
     }
@@ -331,7 +332,7 @@ mod tests {
     use crate::scene::testing::wall;
     use crate::scene::{ColorImage, Scene};
     use crate::semantics::testing::{loose, node};
-    use crate::semantics::{CERTAIN, NodeMap, Surface};
+    use crate::semantics::{CERTAIN, NodeMap, Surface, SurfaceImport};
 
     /// One frame of this size without depth, with these grey values by (column, row).
     fn scene([width, height]: [u32; 2], gray: impl Fn(u32, u32) -> u8) -> Scene {
@@ -352,7 +353,7 @@ mod tests {
         scene: &Scene,
         shown: &[u32],
         labels: &[ClassId],
-        import: Option<&SurfaceImport>,
+        said: Option<&(Surface, SurfaceImport)>,
     ) -> Vec<u32> {
         let frame = &scene.frames[0];
         let posterior = Posterior {
@@ -361,11 +362,18 @@ mod tests {
             ..Posterior::default()
         };
         let superpixels = || Arc::new(superpixels_of(frame));
-        nodes_along_edges((frame, 0), shown, &posterior, import, superpixels)
+        let images = said.map(|(surface, import)| LabelImages {
+            scene,
+            surface,
+            posterior: &posterior,
+            import,
+            number: 0,
+        });
+        nodes_along_edges(frame, shown, &posterior, images, superpixels)
     }
 
     /// A label image of the frame as votes, on a surface that shows these nodes.
-    fn voted(scene: &Scene, shown: &[u32], said: &[ClassId]) -> SurfaceImport {
+    fn voted(scene: &Scene, shown: &[u32], said: &[ClassId]) -> (Surface, SurfaceImport) {
         let width = scene.frames[0].camera.width as usize;
         let nodes = (0..=shown.iter().max().copied().unwrap()).map(|k| node(k as f32 * Vec3::X));
         let surface = Surface {
@@ -381,7 +389,8 @@ mod tests {
             imported: Some(Arc::new(images)),
             ..LabelSet::default()
         };
-        SurfaceImport::new(&surface, &labels).unwrap()
+        let import = SurfaceImport::new(&surface, &labels).unwrap();
+        (surface, import)
     }
 
     #[test]
@@ -425,15 +434,15 @@ mod tests {
                 .zip(0_u32..)
                 .map(|(right, pixel)| right ^ (pixel * 7 % 9 < 3));
             let said: Vec<ClassId> = noisy.map(|right| 4 + ClassId::from(right)).collect();
-            let import = voted(&scene, &shown, &said);
-            let nodes = with_images(&scene, &shown, &[4, 5], Some(&import));
+            let voted = voted(&scene, &shown, &said);
+            let nodes = with_images(&scene, &shown, &[4, 5], Some(&voted));
             let wrong = nodes
                 .iter()
                 .zip(columns(edge))
                 .filter(|(node, right)| **node != u32::from(*right));
             assert!(wrong.count() < nodes.len() / 100, "{size:?}");
             // Strokes have made both sides what the other one is in the image.
-            assert_eq!(with_images(&scene, &shown, &[5, 4], Some(&import)), shown);
+            assert_eq!(with_images(&scene, &shown, &[5, 4], Some(&voted)), shown);
         }
     }
 
@@ -444,8 +453,8 @@ mod tests {
         let columns = |border: u32| (0..size[0] * size[1]).map(move |pixel| pixel % size[0] >= border);
         let shown: Vec<u32> = columns(31).map(u32::from).collect();
         let said: Vec<ClassId> = columns(24).map(|right| 4 + ClassId::from(right)).collect();
-        let import = voted(&scene, &shown, &said);
-        assert_eq!(with_images(&scene, &shown, &[4, 5], Some(&import)), shown);
+        let voted = voted(&scene, &shown, &said);
+        assert_eq!(with_images(&scene, &shown, &[4, 5], Some(&voted)), shown);
     }
 
     #[test]
