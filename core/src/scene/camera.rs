@@ -9,6 +9,10 @@ use super::pixel_errors::median;
 /// Longest side of the box around the cameras of a capture that is scaled by them, in metres.
 const CAMERA_EXTENT: f64 = 2.0;
 
+/// Moving by so many metres changes what a camera sees as much as turning by a radian does: a usual distance of what
+/// it sees in a room.
+const METRES_PER_RADIAN: f32 = 2.5;
+
 /// Farthest that a camera, or what it sees, may be from zero along an axis, in metres or whatever the capture's unit
 /// is: far beyond every capture, and near enough for sums and squares in single precision.
 pub const FARTHEST: f64 = 1e12;
@@ -169,6 +173,15 @@ pub struct Viewpoint {
     pub camera: Camera,
     /// Camera-to-world pose: rotation, and position in metres relative to the scene's origin.
     pub camera_to_world: Affine3A,
+}
+
+impl Viewpoint {
+    /// How much the view changes from one to another, in radians.
+    pub(crate) fn distance(&self, other: &Self) -> f32 {
+        let [own, other] = [self, other].map(|view| view.camera_to_world);
+        let turned = own.matrix3.z_axis.angle_between(other.matrix3.z_axis);
+        turned.hypot(own.translation.distance(other.translation) / METRES_PER_RADIAN)
+    }
 }
 
 /// Of `to` pixels along an axis the one over the centre of pixel `at` of `from`.

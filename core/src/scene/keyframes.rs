@@ -2,18 +2,14 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use super::cache::Cache;
 use super::pixels::{FirstReading, FramePixels, OnDisk, Pixels, Unread};
-use super::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneError};
+use super::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneError, Viewpoint};
 
 /// Bytes of the pixels read last of frames that are no keyframes.
 const CACHE_BYTES: usize = 128 << 20;
-/// Moving by so many metres changes what a camera sees as much as turning by a radian does: a usual distance of what
-/// it sees in a room.
-const METRES_PER_RADIAN: f32 = 2.5;
 /// A frame that is nearer than this to a keyframe, in radians, shows nothing new.
 const NOTHING_NEW: f32 = 0.005;
 /// The sharpest of so many frames before and after is taken, as far as they are nearer than this share of the distance
@@ -103,7 +99,7 @@ pub(super) fn choose(scene: &mut Scene, options: OpenOptions) -> Result<(), Scen
     if sharpness.len() < frames.len() || frames.is_empty() {
         return Ok(());
     }
-    let views: Vec<Viewpoint> = frames.iter().map(Viewpoint::of).collect();
+    let views: Vec<Viewpoint> = frames.iter().map(Frame::viewpoint).collect();
     let sizes: Vec<u64> = frames
         .iter()
         .map(|frame| bytes(&frame.camera, frame.has_depth()))
@@ -125,28 +121,6 @@ pub(super) fn choose(scene: &mut Scene, options: OpenOptions) -> Result<(), Scen
         sizes.iter().sum::<u64>() as f64 / 1e9,
     ));
     Ok(())
-}
-
-/// Where a camera is, in metres, and the unit direction in which it looks.
-#[derive(Clone, Copy)]
-struct Viewpoint {
-    center: Vec3,
-    forward: Vec3,
-}
-
-impl Viewpoint {
-    fn of(frame: &Frame) -> Self {
-        Self {
-            center: frame.center(),
-            forward: frame.camera_to_world.matrix3.z_axis.into(),
-        }
-    }
-
-    /// How much the view changes from one to another, in radians.
-    fn distance(&self, other: &Self) -> f32 {
-        let turned = self.forward.angle_between(other.forward);
-        turned.hypot(self.center.distance(other.center) / METRES_PER_RADIAN)
-    }
 }
 
 /// Indices of frames that fit in `budget` bytes, ascending, at least one: again and again the one whose view is
@@ -221,12 +195,14 @@ pub(super) fn sharpness(image: &ColorImage) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use glam::{Affine3A, Quat, Vec3};
+
     use super::*;
 
     fn at(x: f32, angle: f32) -> Viewpoint {
         Viewpoint {
-            center: Vec3::new(x, 0.0, 0.0),
-            forward: Vec3::new(angle.sin(), 0.0, angle.cos()),
+            camera: Camera::with_horizontal_fov(4, 3, 90.0),
+            camera_to_world: Affine3A::from_rotation_translation(Quat::from_rotation_y(angle), x * Vec3::X),
         }
     }
 

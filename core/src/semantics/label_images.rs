@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::superpixels::depths;
 use super::{CERTAIN, NO_NODE, Node, Posterior, Surface, SurfaceImport};
 use crate::labels::{ClassId, ImportedMap, VOID};
 use crate::lanes::{F32x16, LANES};
@@ -26,21 +27,18 @@ const SPACINGS: f32 = 0.75;
 const PIXELS: (f32, f32) = (2.0, 16.0);
 /// How far a pixel may be from where the surface has its class, in pixels; farther away, the image is wrong.
 const MOST_OFF: usize = 8;
-/// The same where the surface is exact.
-const MOST_OFF_EXACT: usize = 3;
+/// How far from a border images decide where the surface is exact, in steps along rows and columns.
+const EXACT_REACH: u32 = 3;
 /// Most images of other frames that are looked at: those that were taken the nearest. Each counts for less than the one
 /// before.
 const MOST_OTHERS: usize = 6;
 const LESS_BY_RANK: f32 = 0.5;
-/// Deviation of the colours of one place in two frames, each channel in 0..=1.
+/// Standard deviation of the colours of one place in two frames, each channel in 0..=1.
 const COLOR: f32 = 0.16;
 /// How far apart two points that are one place may be, in voxels.
 const SAME: f32 = 2.0;
 /// Where a surface is seen along, its plane says little of where a ray meets it.
 const LEAST_FACING: f32 = 0.2;
-/// Every so many pixels tell how far away a frame looks: no divisor of usual widths.
-const DISTANCE_STEP: usize = 97;
-
 /// What a label image says of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Vote {
@@ -93,28 +91,33 @@ impl LabelImages<'_> {
     /// The node that every pixel takes its class from where depth is exact, [`NO_NODE`] where there is none: `shown` are
     /// those that the pixels show, `nodes` those that depth and colours have chosen. Beside borders a pixel has the class
     /// that most of the nearest other frames' images give it. Where images are not trusted, or strokes have overruled them,
-    /// the surface knows better.
+    /// the surface knows better, and where the frame's own image has a label, that is certain already.
     pub(super) fn nodes_where_exact(&self, shown: &[u32], nodes: Vec<u32>) -> Vec<u32> {
         if self.import.trusted().is_none() {
             return nodes;
         }
         let camera = &self.frame().camera;
-        let width = camera.width as usize;
-        let votes = self.of_others(camera, shown, &self.near_borders(camera, &nodes, MOST_OFF_EXACT));
+        let depths = depths(camera, &nodes, &|node| self.class(node), EXACT_REACH + 1);
+        let mut wanted: Vec<bool> = depths.into_iter().map(|depth| depth <= EXACT_REACH).collect();
+        for vote in self.of_own(camera, 1) {
+            wanted[vote.pixel] = false;
+        }
         let mut chosen = nodes.clone();
-        for votes in votes.chunk_by(|a, b| a.pixel == b.pixel) {
+        for votes in self
+            .of_others(1, shown, &wanted)
+            .chunk_by(|a, b| a.pixel == b.pixel)
+        {
             let at = votes[0].pixel;
             let own = self.class(nodes[at]);
             // What the images do not label, the surface knows better.
-            let (others, for_own): (Vec<&Vote>, Vec<&Vote>) =
-                votes.iter().partition(|vote| ![own, VOID].contains(&vote.class));
-            let of_surface = EXACT_SURFACE + for_own.iter().map(|vote| vote.weight).sum::<f32>();
-            let best = others.into_iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
-            if let Some(best) = best.filter(|best| best.weight > of_surface)
+            let is_for_own = |vote: &&Vote| [own, VOID].contains(&vote.class);
+            let for_own: f32 = votes.iter().filter(is_for_own).map(|vote| vote.weight).sum();
+            let others = votes.iter().filter(|vote| !is_for_own(vote));
+            if let Some(best) = others.max_by(|a, b| a.weight.total_cmp(&b.weight))
+                && best.weight > EXACT_SURFACE + for_own
                 && !self.is_overruled(nodes[at])
             {
-                let is_of_class = |node: u32| self.class(node) == best.class;
-                chosen[at] = nearest(&nodes, width, at, MOST_OFF_EXACT, &is_of_class).unwrap_or(nodes[at]);
+                chosen[at] = self.nearest(&nodes, camera.width as usize, at, best.class);
             }
         }
         chosen
@@ -134,13 +137,14 @@ impl LabelImages<'_> {
         shown: &[u32],
         nodes: &[u32],
     ) -> Option<Vec<u32>> {
-        let near = self.near_borders(camera, shown, MOST_OFF);
+        let depths = depths(camera, shown, &|node| self.class(node), MOST_OFF as u32 + 1);
+        let wanted: Vec<bool> = depths.into_iter().map(|depth| depth <= MOST_OFF as u32).collect();
         let own = self.of_own(camera, stride);
-        let mut others = self.of_others(camera, shown, &near);
+        let mut others = self.of_others(stride, shown, &wanted);
         others.retain(|vote| vote.class != VOID);
-        let count = |is: &[bool]| is.iter().filter(|&&is| is).count().max(1) as f32;
         let of_others: f32 = others.iter().map(|vote| vote.weight).sum();
-        let per_pixel = own.len() as f32 / nodes.len() as f32 + of_others / count(&near);
+        let asked = wanted.iter().filter(|&&wanted| wanted).count().max(1);
+        let per_pixel = own.len() as f32 / nodes.len() as f32 + of_others / asked as f32;
         let right = per_pixel.sqrt() * (1.0 - self.import.random_share());
         let scale = (SPACINGS / right).max(PIXELS.0);
         let of_surface = SURFACE / per_pixel.sqrt();
@@ -178,7 +182,7 @@ impl LabelImages<'_> {
                 }
             }
             edges.sum_nearest(&mut values, scale, &mut weights);
-            let near = widened(&near, width, MOST_OFF);
+            let near = widened(&near, width);
             for ((best, values), near) in best.iter_mut().zip(&values).zip(near) {
                 for (place, &value) in values.0.iter().enumerate() {
                     if near & (1 << place) != 0 && value > best.0 {
@@ -188,28 +192,24 @@ impl LabelImages<'_> {
             }
         }
         let chosen = best.iter().zip(nodes).enumerate();
-        let chosen =
-            chosen.map(
-                |(at, (&(_, best), &node))| match best == self.class(node) || node == NO_NODE {
-                    true => node,
-                    false => {
-                        let is_of_class = |other: u32| self.class(other) == best;
-                        nearest(nodes, width, at, MOST_OFF, &is_of_class).unwrap_or(node)
-                    }
-                },
-            );
+        let chosen = chosen.map(|(at, (&(_, best), &node))| match node {
+            NO_NODE => node,
+            _ => self.nearest(nodes, width, at, best),
+        });
         Some(chosen.collect())
     }
 
-    /// Which pixels have a border between classes within so many rows and columns.
-    fn near_borders(&self, camera: &Camera, nodes: &[u32], reach: usize) -> Vec<bool> {
-        let is_beside = |at: usize| {
-            let own = self.class(nodes[at]);
-            camera.beside(at).any(|other| self.class(nodes[other]) != own)
-        };
-        let beside: Vec<u16> = (0..nodes.len()).map(|at| is_beside(at).into()).collect();
-        let near = widened(&beside, camera.width as usize, reach);
-        near.into_iter().map(|near| near != 0).collect()
+    /// The nearest node of a class, as seen from a pixel; the pixel's own where there is none near.
+    fn nearest(&self, nodes: &[u32], width: usize, at: usize, class: ClassId) -> u32 {
+        if self.class(nodes[at]) == class {
+            return nodes[at];
+        }
+        let (column, row) = (at % width, at / width);
+        let squared = |x: usize, y: usize| x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2);
+        let of_row = |y: usize| around(column, width).map(move |x| (squared(x, y), y * width + x));
+        let all = around(row, nodes.len() / width).flat_map(of_row);
+        let nearest = all.filter(|&(_, other)| self.class(nodes[other]) == class).min();
+        nodes[nearest.map_or(at, |(_, other)| other)]
     }
 
     /// The labels of the frame's own image, on the pixels of its camera reduced by `stride`.
@@ -225,11 +225,11 @@ impl LabelImages<'_> {
         said.map(vote).collect()
     }
 
-    /// The labels that these pixels of a camera have in the images of the nearest other frames, in the order of the pixels;
-    /// `shown` are the nodes that all its pixels show.
-    fn of_others(&self, camera: &Camera, shown: &[u32], wanted: &[bool]) -> Vec<Vote> {
+    /// The labels that pixels of the frame reduced by `stride` have in the images of the nearest other frames, in the order
+    /// of the pixels; `shown` are the nodes that they show.
+    fn of_others(&self, stride: u32, shown: &[u32], wanted: &[bool]) -> Vec<Vote> {
         let frame = self.frame();
-        let others = self.others(shown);
+        let others = self.others();
         let (nodes, color) = (self.surface.graph.nodes(), frame.color());
         let mut votes: Vec<Vote> = Vec::new();
         for (pixel, &node) in shown.iter().enumerate() {
@@ -237,11 +237,9 @@ impl LabelImages<'_> {
                 continue;
             }
             let node = &nodes[node as usize];
-            let local = camera.direction_at(pixel);
-            let direction = frame.camera_to_world.transform_vector3(local).normalize();
-            let point = meeting(frame.center(), direction, node);
-            let (x, y) = frame.camera.project(local).unwrap_or_default();
-            let own = color.color(at_place(&frame.camera, x as u32, y as u32));
+            let middle = frame.camera.middle_of_reduced(stride, pixel);
+            let point = meeting(frame.center(), frame.ray_direction(middle), node);
+            let own = color.color(middle);
             let first = votes.len();
             for (rank, other) in others.iter().enumerate() {
                 let less = 1.0 + LESS_BY_RANK * rank as f32;
@@ -257,26 +255,10 @@ impl LabelImages<'_> {
         votes
     }
 
-    /// The nearest other frames with a label image; `shown` are the nodes that pixels of this one show.
-    fn others(&self, shown: &[u32]) -> Vec<Labelled<'_>> {
-        let (frame, nodes) = (self.frame(), self.surface.graph.nodes());
-        let seen = shown
-            .iter()
-            .step_by(DISTANCE_STEP)
-            .filter(|&&node| node != NO_NODE);
-        let mut distances: Vec<f32> = seen
-            .map(|&node| nodes[node as usize].position.distance(frame.center()))
-            .collect();
-        distances.sort_by(f32::total_cmp);
-        let Some(&distance) = distances.get(distances.len() / 2) else {
-            return Vec::new();
-        };
-        // How far they are apart, and what they look at.
-        let apart = |other: &Frame| {
-            let ahead =
-                |frame: &Frame| frame.center() + distance * Vec3::from(frame.camera_to_world.matrix3.z_axis);
-            ahead(frame).distance(ahead(other)) + 0.5 * frame.center().distance(other.center())
-        };
+    /// The other frames with a label image whose views are the nearest.
+    fn others(&self) -> Vec<Labelled<'_>> {
+        let view = self.frame().viewpoint();
+        let apart = |other: &Frame| view.distance(&other.viewpoint());
         let images = self.import.shown().maps.iter();
         let mut others: Vec<(f32, &ImportedMap)> = images
             .filter(|image| image.frame != self.number)
@@ -317,7 +299,7 @@ impl Labelled<'_> {
             if column < 0.0 || row < 0.0 || column >= camera.width as f32 || row >= camera.height as f32 {
                 continue;
             }
-            let at = at_place(camera, column as u32, row as u32);
+            let at = row as usize * camera.width as usize + column as usize;
             let Some(there) = nodes.get(self.nodes[at] as usize) else {
                 continue;
             };
@@ -331,11 +313,6 @@ impl Labelled<'_> {
     }
 }
 
-/// The row-major index of a pixel, or of the nearest one in the image.
-fn at_place(camera: &Camera, column: u32, row: u32) -> usize {
-    (row.min(camera.height - 1) * camera.width + column.min(camera.width - 1)) as usize
-}
-
 /// Where a ray of this unit direction meets the plane of a node, within its voxel.
 fn meeting(origin: Vec3, direction: Vec3, node: &Node) -> Vec3 {
     let middle = (node.position - origin).dot(direction);
@@ -347,23 +324,9 @@ fn meeting(origin: Vec3, direction: Vec3, node: &Node) -> Vec3 {
     origin + length.clamp(middle - node.voxel, middle + node.voxel) * direction
 }
 
-/// The nearest node with something, as seen from a pixel, within so many rows and columns.
-fn nearest(nodes: &[u32], width: usize, at: usize, reach: usize, has: &dyn Fn(u32) -> bool) -> Option<u32> {
-    let (column, row) = (at % width, at / width);
-    let squared = |x: usize, y: usize| x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2);
-    let of_row = |y: usize| around(column, width, reach).map(move |x| (squared(x, y), y * width + x));
-    let all = around(row, nodes.len() / width, reach).flat_map(of_row);
-    let nearest = all.filter(|&(_, other)| has(nodes[other])).min();
-    nearest.map(|(_, other)| nodes[other])
-}
-
-/// The bits that any pixel within so many rows and columns of each has.
-fn widened(bits: &[u16], width: usize, reach: usize) -> Vec<u16> {
-    let any = |row: &[u16], column: usize| {
-        row[around(column, width, reach)]
-            .iter()
-            .fold(0, |all, own| all | own)
-    };
+/// The bits that any pixel near each has.
+fn widened(bits: &[u16], width: usize) -> Vec<u16> {
+    let any = |row: &[u16], column: usize| row[around(column, width)].iter().fold(0, |all, own| all | own);
     let rows: Vec<u16> = bits
         .chunks_exact(width)
         .flat_map(|row| (0..width).map(move |column| any(row, column)))
@@ -371,7 +334,7 @@ fn widened(bits: &[u16], width: usize, reach: usize) -> Vec<u16> {
     let height = bits.len() / width;
     let mut all = vec![0; bits.len()];
     for row in 0..height {
-        for other in around(row, height, reach) {
+        for other in around(row, height) {
             for column in 0..width {
                 all[row * width + column] |= rows[other * width + column];
             }
@@ -380,9 +343,9 @@ fn widened(bits: &[u16], width: usize, reach: usize) -> Vec<u16> {
     all
 }
 
-/// The rows or columns, of so many, that are within reach of one.
-fn around(at: usize, count: usize, reach: usize) -> Range<usize> {
-    at.saturating_sub(reach)..(at + reach + 1).min(count)
+/// The rows or columns, of so many, that are near one.
+fn around(at: usize, count: usize) -> Range<usize> {
+    at.saturating_sub(MOST_OFF)..(at + MOST_OFF + 1).min(count)
 }
 
 #[cfg(test)]
@@ -455,13 +418,15 @@ mod tests {
     fn what_a_stroke_has_overruled_stays_so_beside_it() {
         let (scene, classes) = two_greys();
         let surface = surface(&scene);
-        // Left of the border, where the image says the other class.
-        let stroke = Stroke::click(1, 2, [32, 20]);
-        let labels = labels_of_second(&scene, &surface, &classes(0), &[stroke]);
+        // Every voxel of a square where the image says the other class.
+        let places = (0..36).map(|k| [12 + 3 * (k % 6), 14 + 3 * (k / 6)]);
+        let strokes: Vec<Stroke> = places.map(|pixel| Stroke::click(1, 2, pixel)).collect();
+        let labels = labels_of_second(&scene, &surface, &classes(0), &strokes);
         let overruled = labels
             .iter()
             .zip(classes(1))
             .filter(|&(&label, truth)| (label, truth) == (2, 1));
-        assert!(overruled.count() > 3);
+        let overruled = overruled.count();
+        assert!(overruled > 230, "{overruled}");
     }
 }

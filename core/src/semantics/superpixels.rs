@@ -272,7 +272,7 @@ fn flood(
 }
 
 /// How many steps along rows and columns every pixel is away from the nearest pixel beside another class, at most `most`.
-fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> ClassId, most: u32) -> Vec<u32> {
+pub(super) fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> ClassId, most: u32) -> Vec<u32> {
     let width = camera.width as usize;
     let differs = |a: u32, b: u32| a != NO_NODE && b != NO_NODE && class(a) != class(b);
     let mut depths: Vec<u32> = (0..nodes.len())
