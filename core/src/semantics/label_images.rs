@@ -39,6 +39,7 @@ const COLOR: f32 = 0.16;
 const SAME: f32 = 2.0;
 /// Where a surface is seen along, its plane says little of where a ray meets it.
 const LEAST_FACING: f32 = 0.2;
+
 /// What a label image says of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Vote {
@@ -97,8 +98,7 @@ impl LabelImages<'_> {
             return nodes;
         }
         let camera = &self.frame().camera;
-        let depths = depths(camera, &nodes, &|node| self.class(node), EXACT_REACH + 1);
-        let mut wanted: Vec<bool> = depths.into_iter().map(|depth| depth <= EXACT_REACH).collect();
+        let mut wanted = self.near_borders(camera, &nodes, EXACT_REACH);
         for vote in self.of_own(camera, 1) {
             wanted[vote.pixel] = false;
         }
@@ -137,8 +137,7 @@ impl LabelImages<'_> {
         shown: &[u32],
         nodes: &[u32],
     ) -> Option<Vec<u32>> {
-        let depths = depths(camera, shown, &|node| self.class(node), MOST_OFF as u32 + 1);
-        let wanted: Vec<bool> = depths.into_iter().map(|depth| depth <= MOST_OFF as u32).collect();
+        let wanted = self.near_borders(camera, shown, MOST_OFF as u32);
         let own = self.of_own(camera, stride);
         let mut others = self.of_others(stride, shown, &wanted);
         others.retain(|vote| vote.class != VOID);
@@ -197,6 +196,12 @@ impl LabelImages<'_> {
             _ => self.nearest(nodes, width, at, best),
         });
         Some(chosen.collect())
+    }
+
+    /// Which pixels are at most so many steps along rows and columns away from a border between classes.
+    fn near_borders(&self, camera: &Camera, nodes: &[u32], reach: u32) -> Vec<bool> {
+        let depths = depths(camera, nodes, &|node| self.class(node), reach + 1);
+        depths.into_iter().map(|depth| depth <= reach).collect()
     }
 
     /// The nearest node of a class, as seen from a pixel; the pixel's own where there is none near.
