@@ -120,6 +120,12 @@ impl ClassGeodesics {
         &self.classes
     }
 
+    /// The distances to each of these classes; `None` for one without labelled nodes.
+    pub(super) fn fields(&self, classes: &[ClassId]) -> Vec<Option<&[f32]>> {
+        let field = |class| self.classes.get(class).map(|field| field.distances());
+        classes.iter().map(field).collect()
+    }
+
     /// The object of a node, if it is of this class: that of the class's nearest labelled node, where that says one.
     pub fn object(&self, class: ClassId, node: u32) -> Option<ObjectId> {
         let nearest = *self.classes.get(&class)?.seed.get(node as usize)?;

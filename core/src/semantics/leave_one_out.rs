@@ -113,8 +113,8 @@ impl Known {
 }
 
 impl CrossValidation {
-    /// Leaves out one stroke at a time. The results are exactly those of propagating the other labels anew, by the
-    /// graph and imported label images alone, since the semantic prior has learnt from the stroke itself. Only the
+    /// Leaves out one stroke at a time. The results are exactly those of propagating the other labels anew, by graph, labelled
+    /// regions and imported label images alone: semantic prior and likely regions have learnt from the stroke itself. Only the
     /// nodes that a stroke owned are visited again, so that checking all strokes costs about as much as propagating all
     /// labels twice, however many there are. `None` when `cancelled` was set in the meantime.
     pub fn run(self, cancelled: &AtomicBool) -> Option<LeaveOneOut> {

@@ -4,11 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
-use super::Look;
-use super::posterior::stretch;
-use crate::labels::{ClassId, Label};
+use super::posterior::{fill_weights, stretch};
+use super::{ClassGeodesics, Look};
+use crate::labels::ClassId;
+
+/// Rounds of self-training, and the share of a region above which it is learnt from what a class looks like.
+const ROUNDS: usize = 2;
+const LEAST_SHARE: f32 = 0.5;
+/// It tells less than a label does, by this times -ln of that share. Steps keep little changes from changing all regions.
+const DOUBT: f32 = 4.0;
+const DOUBT_STEP: f32 = 0.25;
 
 /// The regions that have labelled nodes of each class, with the number of them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,21 +50,31 @@ impl LabelledRegions {
             .copied()
     }
 
-    /// The factor on the distances to a class in a region: that of the most similar labelled region of the class.
-    pub(super) fn stretch(&self, look: &Look, class: ClassId, region: u32) -> f32 {
+    /// How unlike the labelled regions of a class a region is: the gap to the most similar of them.
+    fn gap(&self, look: &Look, class: ClassId, region: u32) -> f32 {
         let is_thing = self.things.contains(&class);
         let gaps = self.of(class).map(|other| look.gap(region, other, is_thing));
         // Without labels the distances are infinite anyway.
-        gaps.reduce(f32::min).map_or(1.0, stretch)
+        gaps.reduce(f32::min).unwrap_or(0.0)
+    }
+
+    /// The factor on the distances to a class in a region by labelled regions alone.
+    pub(super) fn stretch(&self, look: &Look, class: ClassId, region: u32) -> f32 {
+        stretch(self.gap(look, class, region))
     }
 }
 
 /// The factors on the distances to each class in each region, kept in step with the labels.
+///
+/// Labels say what their own regions look like. So do, in rounds of self-training (Scudder 1965), the regions whose class then
+/// is likely: a class looks as varied as what its labels reach, not as what was clicked.
 #[derive(Clone, Debug)]
 pub struct Likeness {
     look: Arc<Look>,
     classes: Vec<ClassId>,
     labelled: LabelledRegions,
+    /// Gaps to what is labelled, row-major `[regions, classes]`.
+    told: Vec<f32>,
     /// At least 1, row-major `[regions, classes]`.
     stretches: Vec<f32>,
 }
@@ -70,6 +86,7 @@ impl Likeness {
             look,
             classes: Vec::new(),
             labelled: LabelledRegions::default(),
+            told: Vec::new(),
             stretches: Vec::new(),
         }
     }
@@ -91,23 +108,23 @@ impl Likeness {
         &self.labelled
     }
 
-    /// Follows the labelled nodes of these classes, of which some are things. Returns whether each region's factors may
-    /// have changed.
+    /// Follows the labels of these classes, of which some are things. Returns whether each region's factors have changed.
     pub(super) fn update(
         &mut self,
         (classes, things): (&[ClassId], &BTreeSet<ClassId>),
-        seeds: &FxHashMap<u32, Label>,
+        geodesics: &ClassGeodesics,
     ) -> Vec<bool> {
         let mut labelled = LabelledRegions::default();
         if !classes.iter().all(|class| things.contains(class)) {
             labelled.things.clone_from(things);
         }
-        for (&node, label) in seeds {
+        for (&node, label) in geodesics.seeds() {
             labelled.add(label.class, self.look.region(node as usize));
         }
         if classes != self.classes {
             self.classes = classes.to_vec();
             self.labelled = LabelledRegions::default();
+            self.told = vec![0.0; self.look.len() * classes.len()];
             self.stretches = vec![1.0; self.look.len() * classes.len()];
         }
         let before = std::mem::replace(&mut self.labelled, labelled);
@@ -120,16 +137,63 @@ impl Likeness {
         };
         let differing: Vec<(usize, &ClassId)> = self.classes.iter().enumerate().filter(differs).collect();
         let (look, labelled) = (&self.look, &self.labelled);
-        let rows = self.stretches.par_chunks_exact_mut(classes.len());
-        let follow = |(region, row): (usize, &mut [f32])| {
-            let mut has_changed = false;
+        let rows = self.told.par_chunks_exact_mut(classes.len()).enumerate();
+        rows.for_each(|(region, row)| {
             for &(column, &class) in &differing {
-                let now = labelled.stretch(look, class, region as u32);
-                has_changed |= std::mem::replace(&mut row[column], now) != now;
+                row[column] = labelled.gap(look, class, region as u32);
             }
-            has_changed
-        };
-        rows.enumerate().map(follow).collect()
+        });
+        let mut stretches: Vec<f32> = self.told.par_iter().map(|&gap| stretch(gap)).collect();
+        for _ in 0..ROUNDS {
+            let likely = self.likely(&stretches, geodesics);
+            stretches = self.learnt(&likely);
+        }
+        let before = std::mem::replace(&mut self.stretches, stretches);
+        let rows = self.stretches.chunks_exact(classes.len());
+        rows.zip(before.chunks_exact(classes.len()))
+            .map(|(now, before)| now != before)
+            .collect()
+    }
+
+    /// For each region the column of the class that has most of it with these factors, and how much less than a label it
+    /// tells of what that class looks like; `None` where no class has enough.
+    fn likely(&self, stretches: &[f32], geodesics: &ClassGeodesics) -> Vec<Option<(usize, f32)>> {
+        let fields = geodesics.fields(&self.classes);
+        let rows = stretches.par_chunks_exact(self.classes.len()).enumerate();
+        let empty = || [vec![0.0; self.classes.len()], vec![0.0; self.classes.len()]];
+        let likely = rows.map_init(empty, |[weights, shares], (region, stretches)| {
+            shares.fill(0.0);
+            let samples = self.look.samples(region);
+            for &node in samples {
+                fill_weights(&fields, node as usize, Some(stretches), None, weights);
+                let all = samples.len() as f32 * weights.iter().sum::<f32>();
+                shares
+                    .iter_mut()
+                    .zip(&*weights)
+                    .for_each(|(share, weight)| *share += weight / all);
+            }
+            let column = shares.iter().position(|&share| share > LEAST_SHARE)?;
+            let doubt = -DOUBT * shares[column].ln();
+            Some((column, (doubt / DOUBT_STEP).ceil() * DOUBT_STEP))
+        });
+        likely.collect()
+    }
+
+    /// The factors by labels and by what regions are likely to be.
+    fn learnt(&self, likely: &[Option<(usize, f32)>]) -> Vec<f32> {
+        let mut stretches = self.told.clone();
+        let rows = stretches.par_chunks_exact_mut(self.classes.len()).enumerate();
+        rows.for_each(|(region, row)| {
+            for &(other, unlike) in self.look.alike(region) {
+                if let Some((column, doubt)) = likely[other as usize] {
+                    let is_thing = self.is_thing(self.classes[column]);
+                    let reserve = self.look.reserve(region as u32, other, is_thing);
+                    row[column] = row[column].min(unlike + reserve + doubt);
+                }
+            }
+            row.iter_mut().for_each(|gap| *gap = stretch(*gap));
+        });
+        stretches
     }
 }
 
@@ -138,28 +202,43 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::labels::Label;
     use crate::semantics::testing::node;
-    use crate::semantics::{ClassGeodesics, Evidence, Node, Posterior, SurfaceGraph};
+    use crate::semantics::{Evidence, Node, Posterior, SurfaceGraph};
 
-    /// A wall in three parts, side by side, grey, red and grey; 100 nodes each.
-    fn striped() -> SurfaceGraph {
-        let colors = [Vec3::splat(0.5), Vec3::new(0.7, 0.2, 0.2), Vec3::splat(0.5)];
-        let nodes = (0..300).map(|k| Node {
+    const GREY: Vec3 = Vec3::splat(0.5);
+    const RED: Vec3 = Vec3::new(0.7, 0.2, 0.2);
+
+    /// A wall in parts of these colours, side by side; 100 nodes each.
+    fn striped(colors: &[Vec3]) -> SurfaceGraph {
+        let nodes = (0..100 * colors.len()).map(|k| Node {
             color: colors[k / 100],
             ..node(Vec3::new(0.05 * (k / 10) as f32, 0.05 * (k % 10) as f32, 0.0))
         });
         SurfaceGraph::new(nodes.collect())
     }
 
+    /// Distances to these labels.
+    fn distances(graph: &SurfaceGraph, labels: &[(u32, ClassId)]) -> ClassGeodesics {
+        let mut geodesics = ClassGeodesics::default();
+        let seeds = labels.iter().map(|&(node, class)| (node, Label::from(class)));
+        geodesics.update(graph, seeds.collect());
+        geodesics
+    }
+
     #[test]
     fn what_looks_like_a_label_has_its_class_though_another_label_is_nearer() {
-        let graph = striped();
+        let graph = striped(&[GREY, RED, GREY]);
         let mut likeness = Likeness::new(Arc::new(Look::new(&graph, Vec3::Y)));
-        let mut geodesics = ClassGeodesics::default();
-        let seeds: FxHashMap<u32, Label> = [(50, 1.into()), (150, 2.into())].into_iter().collect();
-        assert_eq!(likeness.update((&[1, 2], &BTreeSet::new()), &seeds), [true; 3]);
-        assert_eq!(likeness.update((&[1, 2], &BTreeSet::new()), &seeds), [false; 3]);
-        geodesics.update(&graph, seeds.clone());
+        let geodesics = distances(&graph, &[(50, 1), (150, 2)]);
+        assert_eq!(
+            likeness.update((&[1, 2], &BTreeSet::new()), &geodesics),
+            [true; 3]
+        );
+        assert_eq!(
+            likeness.update((&[1, 2], &BTreeSet::new()), &geodesics),
+            [false; 3]
+        );
         let evidence = Evidence::by_distance(&[1, 2], &geodesics);
         let label = |evidence: &Evidence<'_>, node: usize| Posterior::new(evidence, graph.len()).labels[node];
         assert_eq!(label(&evidence, 250), 2);
@@ -169,23 +248,41 @@ mod tests {
         };
         assert_eq!([50, 150, 250].map(|node| label(&looked_at, node)), [1, 2, 1]);
         // A label that is taken back says nothing any more.
-        let mut others = seeds;
-        others.insert(250, 2.into());
-        likeness.update((&[1, 2], &BTreeSet::new()), &others);
+        likeness.update(
+            (&[1, 2], &BTreeSet::new()),
+            &distances(&graph, &[(50, 1), (150, 2), (250, 2)]),
+        );
         assert_eq!(likeness.stretches(250)[1], 1.0);
-        others.remove(&250);
-        likeness.update((&[1, 2], &BTreeSet::new()), &others);
+        likeness.update((&[1, 2], &BTreeSet::new()), &geodesics);
         assert!(likeness.stretches(250)[1] > likeness.stretches(250)[0]);
+    }
+
+    #[test]
+    fn a_class_looks_as_varied_as_what_its_labels_reach() {
+        let graph = striped(&[GREY, 0.8 * GREY, RED, 0.6 * GREY]);
+        let look = Arc::new(Look::new(&graph, Vec3::Y));
+        let mut likeness = Likeness::new(Arc::clone(&look));
+        likeness.update(
+            (&[1, 2], &BTreeSet::new()),
+            &distances(&graph, &[(50, 1), (250, 2)]),
+        );
+        let by_labels = |class| likeness.labelled().stretch(&look, class, look.region(350));
+        // The darkest grey is like the darker one, which is likely to be of the class of the grey.
+        assert!(likeness.stretches(350)[0] < by_labels(1));
+        assert_eq!(likeness.stretches(350)[1], by_labels(2));
+        // Without that class there is nothing to learn from.
+        likeness.update((&[1, 2], &BTreeSet::new()), &distances(&graph, &[(250, 2)]));
+        assert_eq!(likeness.stretches(350)[0], 1.0);
     }
 
     #[test]
     fn a_thing_ends_once_it_is_known_that_it_is_one() {
         // Of the last part only the beginning is left.
-        let graph = SurfaceGraph::new(striped().nodes()[..230].to_vec());
+        let graph = SurfaceGraph::new(striped(&[GREY, RED, GREY]).nodes()[..230].to_vec());
         let look = Arc::new(Look::new(&graph, Vec3::Y));
-        let seeds: FxHashMap<u32, Label> = [(50, 2.into()), (225, 1.into())].into_iter().collect();
+        let geodesics = distances(&graph, &[(50, 2), (225, 1)]);
         let follow = |likeness: &mut Likeness, things: &[ClassId]| {
-            likeness.update((&[1, 2], &things.iter().copied().collect()), &seeds)
+            likeness.update((&[1, 2], &things.iter().copied().collect()), &geodesics)
         };
         let (mut likeness, mut anew) = (Likeness::new(Arc::clone(&look)), Likeness::new(look));
         follow(&mut likeness, &[1, 2]);

@@ -1,6 +1,7 @@
 //! What the regions of a surface look like, and how unlike each other they are.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::graph::SurfaceGraph;
 use super::posterior::stretch;
@@ -23,15 +24,19 @@ const FLATNESS: f32 = 3.3;
 const SIZE: f32 = 0.25;
 const MOST_SIZE: f32 = 0.75;
 /// Largest gap by all that.
-const MOST_UNLIKE: f32 = 5.0;
+const MOST_UNLIKE: f32 = 6.0;
 /// Gap between regions in which a pretrained network sees nothing in common, and so much more is the largest gap with one.
 const FEATURES: f32 = 3.0;
 /// A label tells less of other regions, by this times the logarithm of how much smaller its own is than the largest:
 /// most that is far from all labels belongs to large things.
-const SMALLNESS: f32 = 0.3;
+const SMALLNESS: f32 = 0.2;
 /// A thing ends: a label of one tells less of a larger region, by this times the logarithm of how many times more nodes it
 /// has.
 const LARGER: f32 = 0.5;
+/// So many other regions are kept of each that look most like it.
+const ALIKE: usize = 64;
+/// Most nodes of a region that stand for all of it.
+const MOST_SAMPLES: usize = 16;
 /// Cosines between the vertical and the normals that it is averaged from, one after the other, each so many times.
 const LEVEL: [f32; 3] = [0.7, 0.85, 0.95];
 const AVERAGINGS: usize = 5;
@@ -59,6 +64,10 @@ pub struct Look {
     /// The region of each node.
     regions: Vec<u32>,
     descriptors: Vec<Descriptor>,
+    /// Nodes that stand for each region, evenly chosen.
+    samples: Vec<Vec<u32>>,
+    /// For each region those that look most like it, with how unlike they are.
+    alike: Vec<Vec<(u32, f32)>>,
     vertical: Vec3,
     /// Unit vectors `[regions, COMPONENTS]` of what a pretrained network sees there, where there is one.
     features: Option<Vec<f32>>,
@@ -74,12 +83,31 @@ impl Look {
         let edges = edges.filter(|&(_, from, to)| from < to).collect();
         let regions = segments(graph.len(), edges, SCALE, FEWEST_NODES);
         let vertical = vertical(graph, up);
-        Self {
+        let mut look = Self {
             descriptors: descriptors(graph, &regions, vertical),
+            samples: samples(&regions),
+            alike: Vec::new(),
             regions,
             vertical,
             features: None,
-        }
+        };
+        look.find_alike();
+        look
+    }
+
+    fn find_alike(&mut self) {
+        let alike = |region: u32| {
+            let others = (0..self.len() as u32).filter(|&other| other != region);
+            let mut others: Vec<(u32, f32)> =
+                others.map(|other| (other, self.unlike(region, other))).collect();
+            if others.len() > ALIKE {
+                others
+                    .select_nth_unstable_by(ALIKE, |(a, near), (b, far)| near.total_cmp(far).then(a.cmp(b)));
+                others.truncate(ALIKE);
+            }
+            others
+        };
+        self.alike = (0..self.len() as u32).into_par_iter().map(alike).collect();
     }
 
     /// Whether what a pretrained network sees in the regions is known.
@@ -90,6 +118,7 @@ impl Look {
     /// Adds what a pretrained network sees in the regions: unit vectors `[regions, COMPONENTS]`, zero where it has seen none.
     pub(super) fn set_features(&mut self, features: Vec<f32>) {
         self.features = Some(features);
+        self.find_alike();
     }
 
     /// Number of regions.
@@ -112,6 +141,16 @@ impl Look {
         self.regions[node]
     }
 
+    /// Nodes that stand for a region, at least one.
+    pub(super) fn samples(&self, region: usize) -> &[u32] {
+        &self.samples[region]
+    }
+
+    /// The regions that look most like a region, in no order, each with how unlike it is.
+    pub(super) fn alike(&self, region: usize) -> &[(u32, f32)] {
+        &self.alike[region]
+    }
+
     /// The factor on distances to a label at one node, of a thing or not, at another.
     pub(crate) fn stretch(&self, node: u32, labelled: u32, is_thing: bool) -> f32 {
         let [region, labelled] = [node, labelled].map(|node| self.region(node as usize));
@@ -123,27 +162,48 @@ impl Look {
         if region == labelled {
             return 0.0;
         }
-        let (a, b) = (
-            &self.descriptors[region as usize],
-            &self.descriptors[labelled as usize],
-        );
+        self.unlike(region, labelled) + self.reserve(region, labelled, is_thing)
+    }
+
+    /// How unlike each other two regions look.
+    fn unlike(&self, one: u32, other: u32) -> f32 {
+        let [a, b] = [one, other].map(|region| &self.descriptors[region as usize]);
         let color = a.color.distance(b.color);
         let gap = COLOR * color / (HALF_COLOR + color)
             + FACING * (a.facing - b.facing).abs()
             + HEIGHT * (a.height - b.height).abs()
             + FLATNESS * (a.flatness - b.flatness).abs()
             + (SIZE * (a.size - b.size).abs()).min(MOST_SIZE);
-        let larger = if is_thing { (a.size - b.size).max(0.0) } else { 0.0 };
-        let unlike = match &self.features {
+        match &self.features {
             None => gap.min(MOST_UNLIKE),
             Some(features) => {
                 let of = |region: u32| &features[region as usize * COMPONENTS..][..COMPONENTS];
-                let seen = FEATURES * (1.0 - dot(of(region), of(labelled)));
+                let seen = FEATURES * (1.0 - dot(of(one), of(other)));
                 (gap + seen).min(MOST_UNLIKE + FEATURES)
             }
-        };
-        unlike + b.smallness + LARGER * larger
+        }
     }
+
+    /// How much less labels in one region tell of another by the sizes of both.
+    pub(super) fn reserve(&self, region: u32, labelled: u32, is_thing: bool) -> f32 {
+        let [a, b] = [region, labelled].map(|region| &self.descriptors[region as usize]);
+        let larger = if is_thing { (a.size - b.size).max(0.0) } else { 0.0 };
+        b.smallness + LARGER * larger
+    }
+}
+
+/// The nodes of each region, of a large one so many at even steps.
+fn samples(regions: &[u32]) -> Vec<Vec<u32>> {
+    let count = regions.iter().max().map_or(0, |&last| last as usize + 1);
+    let mut nodes = vec![Vec::new(); count];
+    for (node, &region) in (0..).zip(regions) {
+        nodes[region as usize].push(node);
+    }
+    for nodes in &mut nodes {
+        let step = nodes.len().div_ceil(MOST_SAMPLES);
+        *nodes = nodes.iter().copied().step_by(step).collect();
+    }
+    nodes
 }
 
 /// The direction about upwards that most of what is about level faces: cameras that are held without rolling look up or

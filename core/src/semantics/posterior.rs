@@ -172,10 +172,8 @@ pub(crate) struct Weights<'a> {
 
 impl<'a> Weights<'a> {
     pub(crate) fn new(evidence: Evidence<'a>) -> Self {
-        let fields = evidence.geodesics.classes();
-        let of_class = |class| fields.get(class).map(|field| field.distances());
         Self {
-            fields: evidence.classes.iter().map(of_class).collect(),
+            fields: evidence.geodesics.fields(evidence.classes),
             evidence,
         }
     }
@@ -248,7 +246,7 @@ pub(crate) fn most_likely(classes: &[ClassId], probabilities: &[f32]) -> (ClassI
 
 /// Unnormalised weights of the classes at a node by their distance fields and the stretches and votes there; returns the
 /// two smallest distances as they count.
-fn fill_weights(
+pub(super) fn fill_weights(
     fields: &[Option<&[f32]>],
     node: usize,
     stretches: Option<&[f32]>,

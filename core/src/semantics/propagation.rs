@@ -136,8 +136,9 @@ impl LabelPropagation {
         }
         let seeds = self.seeds();
         let looks_count = self.looks_count();
-        let differs = looks_count.then(|| self.likeness.update((&self.classes, &self.things), &seeds));
         let nearer = self.geodesics.update(&self.surface.graph, seeds);
+        let classes = (self.classes.as_slice(), &self.things);
+        let differs = looks_count.then(|| self.likeness.update(classes, &self.geodesics));
         if !same_votes {
             self.refresh();
             return;

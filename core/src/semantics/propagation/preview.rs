@@ -67,10 +67,9 @@ impl LabelPropagation {
                 .map(|node| (node, stroke.class.into())),
         );
         let (mut likeness, mut geodesics) = (self.likeness.clone(), self.geodesics.clone());
-        let differs = self
-            .looks_count()
-            .then(|| likeness.update((&self.classes, &self.things), &seeds));
         let nearer = geodesics.update(&self.surface.graph, seeds);
+        let classes = (self.classes.as_slice(), &self.things);
+        let differs = self.looks_count().then(|| likeness.update(classes, &geodesics));
         let evidence = Evidence {
             geodesics: &geodesics,
             likeness: differs.is_some().then_some(&likeness),
