@@ -25,8 +25,9 @@ const SIZE: f32 = 0.25;
 const MOST_SIZE: f32 = 0.75;
 /// Largest gap by all that.
 const MOST_UNLIKE: f32 = 6.0;
-/// Gap between regions in which a pretrained network sees nothing in common, and so much more is the largest gap with one.
+/// Gap between regions in which a pretrained network sees nothing in common, and the largest gap with one.
 const FEATURES: f32 = 3.0;
+const MOST_UNLIKE_SEEN: f32 = 8.0;
 /// A label tells less of other regions, by this times the logarithm of how much smaller its own is than the largest:
 /// most that is far from all labels belongs to large things.
 const SMALLNESS: f32 = 0.2;
@@ -179,7 +180,7 @@ impl Look {
             Some(features) => {
                 let of = |region: u32| &features[region as usize * COMPONENTS..][..COMPONENTS];
                 let seen = FEATURES * (1.0 - dot(of(one), of(other)));
-                (gap + seen).min(MOST_UNLIKE + FEATURES)
+                (gap + seen).min(MOST_UNLIKE_SEEN)
             }
         }
     }
