@@ -67,7 +67,8 @@ impl LabelledRegions {
 /// The factors on the distances to each class in each region, kept in step with the labels.
 ///
 /// Labels say what their own regions look like. So do, in rounds of self-training (Scudder 1965), the regions whose class then
-/// is likely: a class looks as varied as what its labels reach, not as what was clicked.
+/// is likely: a class looks as varied as what its labels reach, not as what was clicked. A pretrained network tells that by
+/// itself; both together are too sure.
 #[derive(Clone, Debug)]
 pub struct Likeness {
     look: Arc<Look>,
@@ -144,7 +145,8 @@ impl Likeness {
             }
         });
         let mut stretches: Vec<f32> = self.told.par_iter().map(|&gap| stretch(gap)).collect();
-        for _ in 0..ROUNDS {
+        let rounds = if self.look.has_features() { 0 } else { ROUNDS };
+        for _ in 0..rounds {
             let likely = self.likely(&stretches, geodesics);
             stretches = self.learnt(&likely);
         }

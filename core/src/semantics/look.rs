@@ -67,7 +67,7 @@ pub struct Look {
     descriptors: Vec<Descriptor>,
     /// Nodes that stand for each region, evenly chosen.
     samples: Vec<Vec<u32>>,
-    /// For each region those that look most like it, with how unlike they are.
+    /// For each region those that look most like it, with how unlike they are, by all but a pretrained network.
     alike: Vec<Vec<(u32, f32)>>,
     vertical: Vec3,
     /// Unit vectors `[regions, COMPONENTS]` of what a pretrained network sees there, where there is one.
@@ -92,23 +92,24 @@ impl Look {
             vertical,
             features: None,
         };
-        look.find_alike();
+        let count = look.len() as u32;
+        look.alike = (0..count)
+            .into_par_iter()
+            .map(|region| look.most_alike(region))
+            .collect();
         look
     }
 
-    fn find_alike(&mut self) {
-        let alike = |region: u32| {
-            let others = (0..self.len() as u32).filter(|&other| other != region);
-            let mut others: Vec<(u32, f32)> =
-                others.map(|other| (other, self.unlike(region, other))).collect();
-            if others.len() > ALIKE {
-                others
-                    .select_nth_unstable_by(ALIKE, |(a, near), (b, far)| near.total_cmp(far).then(a.cmp(b)));
-                others.truncate(ALIKE);
-            }
-            others
-        };
-        self.alike = (0..self.len() as u32).into_par_iter().map(alike).collect();
+    /// The regions that look most like a region, with how unlike they are.
+    fn most_alike(&self, region: u32) -> Vec<(u32, f32)> {
+        let others = (0..self.len() as u32).filter(|&other| other != region);
+        let mut others: Vec<_> = others.map(|other| (other, self.unlike(region, other))).collect();
+        if others.len() > ALIKE {
+            let by_gap = |a: &(u32, f32), b: &(u32, f32)| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0));
+            others.select_nth_unstable_by(ALIKE, by_gap);
+            others.truncate(ALIKE);
+        }
+        others
     }
 
     /// Whether what a pretrained network sees in the regions is known.
@@ -119,7 +120,6 @@ impl Look {
     /// Adds what a pretrained network sees in the regions: unit vectors `[regions, COMPONENTS]`, zero where it has seen none.
     pub(super) fn set_features(&mut self, features: Vec<f32>) {
         self.features = Some(features);
-        self.find_alike();
     }
 
     /// Number of regions.
