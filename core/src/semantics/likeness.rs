@@ -9,10 +9,11 @@ use super::posterior::{fill_weights, stretch};
 use super::{ClassGeodesics, Look};
 use crate::labels::ClassId;
 
-/// Rounds of self-training, and the share of a region above which it is learnt from what a class looks like.
+/// Rounds of self-training, and the share of a region that a class must exceed for the class to be learnt from it.
 const ROUNDS: usize = 2;
 const LEAST_SHARE: f32 = 0.5;
-/// It tells less than a label does, by this times -ln of that share. Steps keep little changes from changing all regions.
+/// The region tells less than a label does, by this times -ln of that share. Steps keep small changes from changing all
+/// regions.
 const DOUBT: f32 = 4.0;
 const DOUBT_STEP: f32 = 0.25;
 
