@@ -37,7 +37,7 @@ mod views;
 mod votes;
 mod voxels;
 
-pub use depth::{FieldDepth, pixel_length, pixel_lengths};
+pub use depth::{FieldDepth, pixel_length};
 pub use diffusion::diffuse;
 pub use geodesic::{ClassGeodesics, Geodesics};
 pub(crate) use graph::{DisjointSets, cube};

@@ -14,15 +14,8 @@ pub struct FieldDepth {
     pub lengths: Vec<f32>,
 }
 
-/// Ray length of every pixel of a frame in metres, row-major: infinite where the ray meets nothing,
+/// Ray length of the pixel of a frame with this row-major index, in metres: infinite where the ray meets nothing,
 /// not a number where it is unknown (as yet) and outside the image on disk.
-pub fn pixel_lengths(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>) -> Vec<f32> {
-    (0..frame.camera.pixels())
-        .map(|index| pixel_length(frame, pixels, field, index))
-        .collect()
-}
-
-/// The same for the pixel with this row-major index.
 pub fn pixel_length(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>, index: usize) -> f32 {
     let measured = pixels.depth.as_ref().and_then(|depth| depth.ray_length(index));
     match (measured, field) {
@@ -158,8 +151,9 @@ mod tests {
             width: 4,
             lengths: (0..8).map(near).collect(),
         };
-        let lengths = pixel_lengths(&frame, &frame.pixels().unwrap(), Some(&field));
-        for (pixel, length) in lengths.into_iter().enumerate() {
+        let pixels = frame.pixels().unwrap();
+        for pixel in 0..frame.camera.pixels() {
+            let length = pixel_length(&frame, &pixels, Some(&field), pixel);
             match pixel % 16 {
                 0..6 => assert_eq!(length, 2.0, "pixel {pixel}"),
                 10.. => assert_eq!(length, f32::INFINITY, "pixel {pixel}"),

@@ -153,7 +153,7 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
     for (index, node) in nodes.iter().enumerate() {
         cells.entry(cell_of(node)).or_default().push(index as u32);
     }
-    let reach = REACH.ceil() as i32;
+    let most = REACH.ceil() as i32;
     let mut pairs: Vec<(u32, u32)> = nodes
         .par_iter()
         .enumerate()
@@ -161,12 +161,20 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
             let (level, cell) = cell_of(node);
             let limit = (REACH * node.voxel).powi(2);
             let mut found: Vec<(f32, u32)> = Vec::with_capacity(64);
-            for offset in cube(reach) {
-                for &other in cells.get(&(level, cell + offset)).into_iter().flatten() {
-                    let squared = nodes[other as usize].position.distance_squared(node.position);
-                    if other as usize != index && squared <= limit {
-                        found.push((squared, other));
+            for reach in most - 1..=most {
+                found.clear();
+                for offset in cube(reach) {
+                    for &other in cells.get(&(level, cell + offset)).into_iter().flatten() {
+                        let squared = nodes[other as usize].position.distance_squared(node.position);
+                        if other as usize != index && squared <= limit {
+                            found.push((squared, other));
+                        }
                     }
+                }
+                // What lies outside of these cells is at least that far away.
+                let outside = (reach as f32 * node.voxel).powi(2);
+                if found.iter().filter(|(squared, _)| *squared < outside).count() >= NEIGHBOURS {
+                    break;
                 }
             }
             if found.len() > NEIGHBOURS {

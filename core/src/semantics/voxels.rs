@@ -8,7 +8,7 @@ use glam::{IVec3, Vec3, Vec3A};
 use rustc_hash::FxHashMap;
 
 use super::graph::{Node, SurfaceGraph, cube};
-use super::{FieldDepth, NO_NODE, NodeMap, pixel_lengths};
+use super::{FieldDepth, NO_NODE, NodeMap, pixel_length};
 use crate::scene::{Cache, ColorImage, Frame, Pixels};
 
 /// Rays that meet nothing end on a shell, whose distance is this many sides of the scene's box, in cells of this angle.
@@ -41,28 +41,31 @@ pub(super) struct Voxels {
 pub(super) struct Points<'a> {
     pub frame: &'a Frame,
     pub pixels: Pixels,
-    /// Ray length of every pixel.
+    /// Ray length of every pixel, or of every so many.
     pub lengths: Vec<f32>,
     /// Unit direction of the ray through every pixel.
     directions: Vec<Vec3>,
 }
 
 impl<'a> Points<'a> {
-    /// The points of a frame with these pixels, by the field's depth where none was measured. Directions are computed
-    /// at every `step`-th pixel along each axis only.
+    /// Every `step`-th pixel along each axis of a frame with these pixels, by the field's depth where none was measured;
+    /// those between have no length.
     pub fn of(frame: &'a Frame, pixels: Pixels, field: Option<&FieldDepth>, step: usize) -> Self {
         let camera = &frame.camera;
         let rotation = frame.camera_to_world.matrix3;
         let mut directions = vec![Vec3::ZERO; camera.pixels()];
+        let mut lengths = vec![f32::NAN; camera.pixels()];
         for row in (0..camera.height).step_by(step) {
             for column in (0..camera.width).step_by(step) {
                 let direction = rotation * Vec3A::from(camera.pixel_direction(column, row));
-                directions[(row * camera.width + column) as usize] = direction.normalize().into();
+                let pixel = (row * camera.width + column) as usize;
+                directions[pixel] = direction.normalize().into();
+                lengths[pixel] = pixel_length(frame, &pixels, field, pixel);
             }
         }
         Self {
             frame,
-            lengths: pixel_lengths(frame, &pixels, field),
+            lengths,
             pixels,
             directions,
         }

@@ -162,6 +162,11 @@ impl SurfaceRefiner {
         self.rendering.is_some()
     }
 
+    /// Whether a surface is being built.
+    pub(super) fn is_building(&self) -> bool {
+        self.building.is_some()
+    }
+
     /// Whether no refinement is under way or still to come.
     pub fn is_done(&self) -> bool {
         self.marks.is_empty() && !self.last_refinement && self.is_idle()

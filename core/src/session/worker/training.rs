@@ -20,7 +20,9 @@ impl Worker<'_> {
             self.seconds.semantics += start.elapsed().as_secs_f64();
             return Ok(true);
         }
-        if self.paused || self.settling {
+        // The first labels come sooner where the surface has all cores.
+        let is_waited_for = self.propagation.is_none() && self.refiner.is_building();
+        if self.paused || self.settling || is_waited_for {
             return Ok(false);
         }
         let field = self.demand.end(&self.trainer).is_none();
