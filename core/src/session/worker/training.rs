@@ -8,6 +8,10 @@ use crate::session::serve::{WorkerError, timed};
 impl Worker<'_> {
     /// A slice of training; `false` when there is nothing to train.
     pub(super) fn train(&mut self) -> Result<bool, WorkerError> {
+        // The first labels come sooner where the surface has all cores.
+        if self.propagation.is_none() && self.refiner.is_building() {
+            return Ok(false);
+        }
         if self.refiner.is_rendering() && (!self.paused || self.propagation.is_none()) {
             timed(&mut self.seconds.geometry, || {
                 self.refiner.advance(&self.trainer, &self.labels)
@@ -20,9 +24,7 @@ impl Worker<'_> {
             self.seconds.semantics += start.elapsed().as_secs_f64();
             return Ok(true);
         }
-        // The first labels come sooner where the surface has all cores.
-        let is_waited_for = self.propagation.is_none() && self.refiner.is_building();
-        if self.paused || self.settling || is_waited_for {
+        if self.paused || self.settling {
             return Ok(false);
         }
         let field = self.demand.end(&self.trainer).is_none();
