@@ -171,7 +171,7 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
                         }
                     }
                 }
-                // What lies outside of these cells is at least that far away.
+                // What lies outside of these cells is at least that far away, so that few nodes need the outermost.
                 let outside = (reach as f32 * node.voxel).powi(2);
                 if found.iter().filter(|(squared, _)| *squared < outside).count() >= NEIGHBOURS {
                     break;

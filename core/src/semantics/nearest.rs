@@ -80,18 +80,24 @@ impl NodeCells {
     /// The nearest node within reach, in metres; of equally near ones the first.
     pub(crate) fn nearest(&self, nodes: &[Node], point: Vec3, reach: f32) -> Option<u32> {
         let home = cell_of(point, self.side);
-        let mut best: Option<(f32, u32)> = None;
+        let gap = |&node: &u32| (nodes[node as usize].position.distance(point), node);
+        let nearer = |best: Option<(f32, u32)>, some: &[u32]| {
+            let within = some.iter().map(gap).filter(|(gap, _)| *gap <= reach);
+            within
+                .chain(best)
+                .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        };
+        let mut best = None;
         // What lies in ring r + 1 and beyond is at least r sides away.
         for ring in 0..=(reach / self.side) as i32 + 1 {
+            // To look for cells in vain takes longer than to look at all nodes once there are fewer of them.
+            if (2 * ring + 1).pow(3) as usize > self.ranges.len() {
+                best = nearer(best, &self.order);
+                break;
+            }
             for offset in cube(ring).filter(|offset| offset.abs().max_element() == ring) {
-                let Some(&(start, end)) = self.ranges.get(&(home + offset)) else {
-                    continue;
-                };
-                for &node in &self.order[start as usize..end as usize] {
-                    let gap = nodes[node as usize].position.distance(point);
-                    if gap <= reach && best.is_none_or(|found| (gap, node) < found) {
-                        best = Some((gap, node));
-                    }
+                if let Some(&(start, end)) = self.ranges.get(&(home + offset)) {
+                    best = nearer(best, &self.order[start as usize..end as usize]);
                 }
             }
             if best.is_some_and(|(gap, _)| gap <= ring as f32 * self.side) {
@@ -120,19 +126,22 @@ mod tests {
         let nodes: Vec<Node> = (0..300).map(|_| node(point(1.0))).collect();
         let surface = loose(nodes.clone(), 0.1);
         let nearest = NearestNodes::new(&surface);
+        let gap = |node: u32, place: Vec3| nodes[node as usize].position.distance(place);
+        let by_hand = |place: Vec3| {
+            let by_distance = |a: &u32, b: &u32| gap(*a, place).total_cmp(&gap(*b, place));
+            (0..300).min_by(by_distance).unwrap()
+        };
         let mut found = 0;
         for _ in 0..500 {
             let (place, reach) = (point(1.5), 0.35);
-            let by_distance = |&a: &u32, &b: &u32| {
-                let gap = |node: u32| nodes[node as usize].position.distance(place);
-                gap(a).total_cmp(&gap(b))
-            };
-            let all = (0..300).min_by(by_distance);
-            let expected = all.filter(|&node| nodes[node as usize].position.distance(place) <= reach);
+            let expected = Some(by_hand(place)).filter(|&node| gap(node, place) <= reach);
             assert_eq!(nearest.nearest(place, reach), expected);
             found += usize::from(expected.is_some());
         }
         assert!((100..450).contains(&found), "{found}");
+        // A search from far away ends, too.
+        let far = Vec3::new(1e4, 0.0, 0.0);
+        assert_eq!(nearest.nearest(far, 1e6), Some(by_hand(far)));
     }
 
     #[test]

@@ -35,6 +35,17 @@ fn advance_until(worker: &mut Worker<'_>, is_it: impl Fn(&Worker<'_>) -> bool) {
 }
 
 #[test]
+fn training_waits_for_the_first_surface() {
+    let (outbox, options) = (outbox(), options());
+    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
+    advance_until(&mut worker, |worker| {
+        assert!(worker.propagation.is_some() || worker.trainer.steps() == 0);
+        worker.propagation.is_some()
+    });
+    advance_until(&mut worker, |worker| worker.trainer.steps() > 0);
+}
+
+#[test]
 fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     let scene = Arc::new(half_measured());
     let (outbox, options) = (outbox(), options());
