@@ -1,8 +1,11 @@
 //! What the regions of a surface look like, and how unlike each other they are.
 
+mod descriptor;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
+use self::descriptor::{Descriptor, descriptors};
 use super::graph::SurfaceGraph;
 use super::posterior::stretch;
 use super::segments::segments;
@@ -12,25 +15,14 @@ use crate::features::{COMPONENTS, dot};
 const SCALE: f32 = 30.0;
 /// Fewest nodes of a region.
 const FEWEST_NODES: u32 = 10;
-/// Largest gap in colour, the CIELAB distance at half of it, and the share of it for differences in lightness.
-const COLOR: f32 = 4.0;
-const HALF_COLOR: f32 = 10.0;
-const LIGHTNESS_SHARE: f32 = 0.6;
-/// Gaps between upright and level, between the bottom and the top of the scene, and between flat and round.
-const FACING: f32 = 1.4;
-const HEIGHT: f32 = 4.0;
-const FLATNESS: f32 = 3.3;
-/// Gap between regions of which one has e times as many nodes as the other, and the largest such gap.
-const SIZE: f32 = 0.25;
-const MOST_SIZE: f32 = 0.75;
-/// Largest gap by all that.
-const MOST_UNLIKE: f32 = 6.0;
+/// Largest gap by what regions look like.
+const MOST_UNLIKE: f32 = 6.5;
 /// Gap between regions in which a pretrained network sees nothing in common, and the largest gap with one.
 const FEATURES: f32 = 3.0;
 const MOST_UNLIKE_SEEN: f32 = 8.0;
 /// A label tells less of other regions, by this times the logarithm of how much smaller its own is than the largest:
 /// most that is far from all labels belongs to large things.
-const SMALLNESS: f32 = 0.2;
+const SMALLNESS: f32 = 0.25;
 /// A thing ends: a label of one tells less of a larger region, by this times the logarithm of how many times more nodes it
 /// has.
 const LARGER: f32 = 0.5;
@@ -42,29 +34,14 @@ const MOST_SAMPLES: usize = 16;
 const LEVEL: [f32; 3] = [0.7, 0.85, 0.95];
 const AVERAGINGS: usize = 5;
 
-/// Means over the nodes of a region.
-#[derive(Clone, Copy, Debug, Default)]
-struct Descriptor {
-    /// CIELAB (D65) colour, the lightness scaled by its share.
-    color: Vec3,
-    /// |n . up| of the nodes with a normal: 1 where it is level, 0 where it is upright.
-    facing: f32,
-    /// Height, as a share of that of the scene.
-    height: f32,
-    /// Length of the mean normal: 1 where it is flat.
-    flatness: f32,
-    /// Logarithm of the number of nodes.
-    size: f32,
-    /// Gap to all other regions because it is small.
-    smallness: f32,
-}
-
 /// The regions of a surface: parts without borders inside, and what they look like.
 #[derive(Clone, Debug, Default)]
 pub struct Look {
     /// The region of each node.
     regions: Vec<u32>,
     descriptors: Vec<Descriptor>,
+    /// Pixels that show the region that most show.
+    most_pixels: f32,
     /// Nodes that stand for each region, evenly chosen.
     samples: Vec<Vec<u32>>,
     /// For each region those that look most like it, with how unlike they are, by all but a pretrained network.
@@ -84,9 +61,13 @@ impl Look {
         let edges = edges.filter(|&(_, from, to)| from < to).collect();
         let regions = segments(graph.len(), edges, SCALE, FEWEST_NODES);
         let vertical = vertical(graph, up);
+        let samples = samples(&regions);
+        let descriptors = descriptors(graph, &regions, &samples, vertical);
+        let pixels = descriptors.iter().map(|region| region.pixels);
         let mut look = Self {
-            descriptors: descriptors(graph, &regions, vertical),
-            samples: samples(&regions),
+            most_pixels: pixels.fold(0.0, f32::max),
+            descriptors,
+            samples,
             alike: Vec::new(),
             regions,
             vertical,
@@ -169,18 +150,13 @@ impl Look {
     /// How unlike each other two regions look.
     fn unlike(&self, one: u32, other: u32) -> f32 {
         let [a, b] = [one, other].map(|region| &self.descriptors[region as usize]);
-        let color = a.color.distance(b.color);
-        let gap = COLOR * color / (HALF_COLOR + color)
-            + FACING * (a.facing - b.facing).abs()
-            + HEIGHT * (a.height - b.height).abs()
-            + FLATNESS * (a.flatness - b.flatness).abs()
-            + (SIZE * (a.size - b.size).abs()).min(MOST_SIZE);
+        let unlike = a.unlike(b);
         match &self.features {
-            None => gap.min(MOST_UNLIKE),
+            None => unlike.min(MOST_UNLIKE),
             Some(features) => {
                 let of = |region: u32| &features[region as usize * COMPONENTS..][..COMPONENTS];
                 let seen = FEATURES * (1.0 - dot(of(one), of(other)));
-                (gap + seen).min(MOST_UNLIKE_SEEN)
+                (unlike + seen).min(MOST_UNLIKE_SEEN)
             }
         }
     }
@@ -188,8 +164,13 @@ impl Look {
     /// How much less labels in one region tell of another by the sizes of both.
     pub(super) fn reserve(&self, region: u32, labelled: u32, is_thing: bool) -> f32 {
         let [a, b] = [region, labelled].map(|region| &self.descriptors[region as usize]);
-        let larger = if is_thing { (a.size - b.size).max(0.0) } else { 0.0 };
-        b.smallness + LARGER * larger
+        let smallness = SMALLNESS * (self.most_pixels / b.pixels).ln();
+        let larger = if is_thing {
+            (a.nodes / b.nodes).ln().max(0.0)
+        } else {
+            0.0
+        };
+        smallness + LARGER * larger
     }
 }
 
@@ -228,71 +209,6 @@ fn vertical(graph: &SurfaceGraph, up: Vec3) -> Vec3 {
     up
 }
 
-fn descriptors(graph: &SurfaceGraph, regions: &[u32], up: Vec3) -> Vec<Descriptor> {
-    let mut heights: Vec<f32> = graph.nodes().iter().map(|node| node.position.dot(up)).collect();
-    heights.sort_unstable_by(f32::total_cmp);
-    // The highest and lowest may be mistakes.
-    let margin = heights.len() / 50;
-    let (bottom, top) = match heights[..] {
-        [] => (0.0, 0.0),
-        _ => (heights[margin], heights[heights.len() - 1 - margin]),
-    };
-    #[derive(Clone, Copy, Default)]
-    struct Sum {
-        color: Vec3,
-        normal: Vec3,
-        facing: f32,
-        height: f32,
-        nodes: f32,
-        with_normal: f32,
-        pixels: f32,
-    }
-    let count = regions.iter().max().map_or(0, |&last| last as usize + 1);
-    let mut sums = vec![Sum::default(); count];
-    for (node, &region) in graph.nodes().iter().zip(regions) {
-        let sum = &mut sums[region as usize];
-        sum.color += cielab(node.color);
-        sum.height += (node.position.dot(up) - bottom) / (top - bottom).max(f32::MIN_POSITIVE);
-        sum.nodes += 1.0;
-        sum.pixels += node.pixels;
-        if node.normal != Vec3::ZERO {
-            sum.normal += node.normal;
-            sum.facing += node.normal.dot(up).abs();
-            sum.with_normal += 1.0;
-        }
-    }
-    let most = sums.iter().map(|sum| sum.pixels).fold(0.0, f32::max);
-    let describe = |sum: &Sum| {
-        let with_normal = sum.with_normal.max(1.0);
-        Descriptor {
-            color: sum.color / sum.nodes * Vec3::new(LIGHTNESS_SHARE, 1.0, 1.0),
-            facing: sum.facing / with_normal,
-            height: sum.height / sum.nodes,
-            flatness: sum.normal.length() / with_normal,
-            size: sum.nodes.ln(),
-            smallness: SMALLNESS * (most / sum.pixels).ln(),
-        }
-    };
-    sums.iter().map(describe).collect()
-}
-
-/// CIELAB under D65 of an sRGB colour with channels in 0..=1.
-fn cielab(color: Vec3) -> Vec3 {
-    let linear = |value: f32| match value {
-        value if value <= 0.04045 => value / 12.92,
-        value => ((value + 0.055) / 1.055).powf(2.4),
-    };
-    let [r, g, b] = color.to_array().map(linear);
-    let x = (0.412_456_4 * r + 0.357_576_1 * g + 0.180_437_5 * b) / 0.950_47;
-    let y = 0.212_672_9 * r + 0.715_152_2 * g + 0.072_175 * b;
-    let z = (0.019_333_9 * r + 0.119_192 * g + 0.950_304_1 * b) / 1.088_83;
-    let [x, y, z] = [x, y, z].map(|value| match value {
-        value if value > 0.008_856 => value.cbrt(),
-        value => 7.787_037 * value + 16.0 / 116.0,
-    });
-    Vec3::new(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -318,9 +234,6 @@ mod tests {
         assert_eq!(floor, other);
         assert_eq!(look.len(), 3);
         assert_eq!(look.gap(floor, floor, true), 0.0);
-        let upright = look.descriptors[wall as usize].facing;
-        let level = look.descriptors[floor as usize].facing;
-        assert!(upright < 0.05 && level > 0.95, "{upright} {level}");
         assert!(look.gap(floor, wall, false) > 1.0);
         assert!(look.gap(floor, stain, false) > look.gap(stain, floor, false));
         assert!(look.gap(floor, stain, true) > look.gap(floor, stain, false));
@@ -342,13 +255,5 @@ mod tests {
         look.set_features(unit(0).chain(unit(0)).chain(unit(1)).collect());
         assert_eq!(look.gap(1, 0, false), before[1]);
         assert!((look.gap(2, 0, false) - before[0] - FEATURES).abs() < 1e-5);
-    }
-
-    #[test]
-    fn white_and_red_in_cielab() {
-        let white = cielab(Vec3::ONE);
-        assert!(white.distance(Vec3::new(100.0, 0.0, 0.0)) < 0.1, "{white}");
-        let red = cielab(Vec3::X);
-        assert!(red.distance(Vec3::new(53.2, 80.1, 67.2)) < 0.2, "{red}");
     }
 }
