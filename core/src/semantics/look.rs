@@ -40,7 +40,7 @@ pub struct Look {
     /// The region of each node.
     regions: Vec<u32>,
     descriptors: Vec<Descriptor>,
-    /// Pixels that show the region that most show.
+    /// Logarithm of the pixels of the region that most show.
     most_pixels: f32,
     /// Nodes that stand for each region, evenly chosen.
     samples: Vec<Vec<u32>>,
@@ -65,7 +65,7 @@ impl Look {
         let descriptors = descriptors(graph, &regions, &samples, vertical);
         let pixels = descriptors.iter().map(|region| region.pixels);
         let mut look = Self {
-            most_pixels: pixels.fold(0.0, f32::max),
+            most_pixels: pixels.fold(f32::NEG_INFINITY, f32::max),
             descriptors,
             samples,
             alike: Vec::new(),
@@ -164,13 +164,12 @@ impl Look {
     /// How much less labels in one region tell of another by the sizes of both.
     pub(super) fn reserve(&self, region: u32, labelled: u32, is_thing: bool) -> f32 {
         let [a, b] = [region, labelled].map(|region| &self.descriptors[region as usize]);
-        let smallness = SMALLNESS * (self.most_pixels / b.pixels).ln();
         let larger = if is_thing {
-            (a.nodes / b.nodes).ln().max(0.0)
+            (a.nodes - b.nodes).max(0.0)
         } else {
             0.0
         };
-        smallness + LARGER * larger
+        SMALLNESS * (self.most_pixels - b.pixels) + LARGER * larger
     }
 }
 

@@ -19,13 +19,13 @@ const FLATNESS: f32 = 2.5;
 const TALL: f32 = 0.75;
 const WIDE: f32 = 0.5;
 const SHORTEST: f32 = 0.02;
-/// Gap between regions whose borders cost e times as much to cross.
+/// Gap between regions of which one costs about e times as much to leave.
 const BORDER: f32 = 0.7;
-/// Gap between regions beside the scene's walls, floor and ceiling, which have nothing behind them, and in its midst.
+/// Gap between what adjoins surfaces with nothing behind them, as walls, floor and ceiling, and with the whole scene.
 const BEHIND: f32 = 2.5;
-/// So many metres behind a surface is behind it, and so many nodes stand for all, evenly over the pixels.
+/// What is at least so many metres behind a surface counts, of so many nodes that stand for all, evenly over the pixels.
 const FAR_BEHIND: f32 = 0.3;
-const WITNESSES: usize = 1000;
+const LANDMARKS: usize = 1000;
 
 /// Means over the nodes of a region.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,9 +42,8 @@ pub(super) struct Descriptor {
     border: f32,
     /// What adjoins it.
     around: Place,
-    /// Number of nodes.
+    /// Logarithms of the numbers of its nodes, and of the pixels of all frames that show it.
     pub(super) nodes: f32,
-    /// Pixels of all frames that show it.
     pub(super) pixels: f32,
 }
 
@@ -88,12 +87,12 @@ pub(super) fn descriptors(
     up: Vec3,
 ) -> Vec<Descriptor> {
     let mut descriptors = of_nodes(graph, regions, samples.len(), up);
-    let witnesses = witnesses(graph);
+    let landmarks = landmarks(graph);
     descriptors
         .par_iter_mut()
         .zip(samples)
         .for_each(|(own, samples)| {
-            let behind = samples.iter().map(|&node| behind(graph, node, &witnesses));
+            let behind = samples.iter().map(|&node| behind(graph, node, &landmarks));
             own.place.behind = behind.sum::<f32>() / samples.len() as f32;
         });
     add_borders(&mut descriptors, graph, regions);
@@ -178,6 +177,8 @@ fn of_nodes(graph: &SurfaceGraph, regions: &[u32], count: usize, up: Vec3) -> Ve
             flatness: sum.normal.length() / with_normal,
             tall: extent(sum.own.tall),
             wide: extent(sum.own.wide),
+            nodes: nodes.ln(),
+            pixels: sum.own.pixels.ln(),
             ..sum.own
         }
     };
@@ -185,9 +186,9 @@ fn of_nodes(graph: &SurfaceGraph, regions: &[u32], count: usize, up: Vec3) -> Ve
 }
 
 /// The places of nodes that stand for the scene, evenly over the pixels that show it.
-fn witnesses(graph: &SurfaceGraph) -> Vec<Vec3> {
+fn landmarks(graph: &SurfaceGraph) -> Vec<Vec3> {
     let pixels: f64 = graph.nodes().iter().map(|node| f64::from(node.pixels)).sum();
-    let step = pixels / WITNESSES as f64;
+    let step = pixels / LANDMARKS as f64;
     let (mut passed, mut places) = (0.0, Vec::new());
     for node in graph.nodes() {
         passed += f64::from(node.pixels);
@@ -198,12 +199,12 @@ fn witnesses(graph: &SurfaceGraph) -> Vec<Vec3> {
     places
 }
 
-/// The share of the witnesses that a node has behind it.
-fn behind(graph: &SurfaceGraph, node: u32, witnesses: &[Vec3]) -> f32 {
+/// The share of the landmarks that lie behind a node.
+fn behind(graph: &SurfaceGraph, node: u32, landmarks: &[Vec3]) -> f32 {
     let node = &graph.nodes()[node as usize];
     let own = node.normal.dot(node.position) - FAR_BEHIND;
-    let behind = witnesses.iter().filter(|place| node.normal.dot(**place) < own);
-    behind.count() as f32 / witnesses.len().max(1) as f32
+    let behind = landmarks.iter().filter(|place| node.normal.dot(**place) < own);
+    behind.count() as f32 / landmarks.len().max(1) as f32
 }
 
 /// CIELAB under D65 of an sRGB colour with channels in 0..=1.
