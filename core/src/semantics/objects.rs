@@ -48,7 +48,8 @@ impl SurfaceObjects {
     /// The objects of the `classes` that are things: those of the list `told`, on the nodes that the posterior gives them,
     /// and on the other nodes of each class its connected parts. An object that labels say does not reach a large
     /// part of its class without such a label. A part keeps the number and name of the part in `before` that has most of its nodes, so
-    /// that both are stable while labels change; before must be of the same surface.
+    /// that both are stable while labels change; where it falls apart, what is labelled keeps them. Before must be of the
+    /// same surface.
     ///
     /// Connected are nodes of a class that share an edge which is not longer than between neighbours. Parts much smaller
     /// than the class's largest object are fragments: they belong to the nearest larger one.
@@ -249,7 +250,7 @@ impl SurfaceObjects {
     }
 
     /// The objects that parts keep, by the places of the parts: each of these objects goes to the part of its class that
-    /// has most of its nodes, unless labels say its number or name by now.
+    /// has most of its nodes, to one with labels if there is any, unless labels say its number or name by now.
     fn kept_by(
         &self,
         parts: &[Part],
@@ -263,7 +264,7 @@ impl SurfaceObjects {
             }
         }
         let mut pairs: Vec<((usize, ObjectId), usize)> = shared.into_iter().collect();
-        pairs.sort_by_key(|&(pair, nodes)| (std::cmp::Reverse(nodes), pair));
+        pairs.sort_by_key(|&(pair, nodes)| (std::cmp::Reverse((parts[pair.0].is_labelled, nodes)), pair));
         let mut kept = BTreeMap::new();
         let mut taken: BTreeSet<ObjectId> = used.clone();
         for ((number, id), _) in pairs {
@@ -371,6 +372,28 @@ mod tests {
         let objects = found(&surface, &posterior, &[stool], None);
         assert_eq!(told(&objects), [(7, "stool", 105), (8, "chair 1", 100)]);
         assert_eq!(objects.of_node(297), objects.of_node(20));
+    }
+
+    #[test]
+    fn what_is_labelled_is_an_object_sooner_and_has_the_first_number_and_keeps_its_name() {
+        // Of the first square a fifth is a chair.
+        let surface = squares(&[0.0, 2.0, 4.0]);
+        let mut labels = of_squares(&[2, 2, 1]);
+        labels[20..100].fill(1);
+        let known = |labels: &[ClassId], labelled: &[usize], before: Option<&SurfaceObjects>| {
+            let mut posterior = posterior(labels.to_vec());
+            posterior.distances = vec![[1.0, 2.0]; 300];
+            labelled.iter().for_each(|&node| posterior.distances[node][0] = 0.0);
+            found(&surface, &posterior, &[], before)
+        };
+        assert_eq!(told(&known(&labels, &[150], None)), [(1, "chair 1", 120)]);
+        let both = known(&labels, &[10], None);
+        assert_eq!(told(&both), [(1, "chair 1", 20), (2, "chair 2", 100)]);
+        // A chair of which only a fifth was right is the same chair, and what was taken for its rest is a new one.
+        let one = known(&labels, &[150], None);
+        let apart = known(&labels, &[10], Some(&one));
+        assert_eq!(apart.of_node(10), one.of_node(150));
+        assert_eq!(told(&apart), told(&both));
     }
 
     #[test]

@@ -18,7 +18,7 @@ const POINT: &str = "Point at the image to read its pixels";
 pub const HEIGHT: f32 = 26.0;
 
 /// Widths of the cells in points where there is room: pixel, class, runner-up, entropy, depth.
-const WIDTHS: [f32; 5] = [96.0, 216.0, 152.0, 88.0, 104.0];
+const WIDTHS: [f32; 5] = [96.0, 200.0, 144.0, 112.0, 104.0];
 /// Cells that share what room is left, or missing.
 const FLEXIBLE: [bool; 5] = [false, true, true, false, false];
 const NARROWEST: f32 = 72.0;

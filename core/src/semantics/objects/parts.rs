@@ -10,19 +10,22 @@ use crate::semantics::{DisjointSets, Node, NodeCells, Posterior, Surface};
 
 /// Longest edge that joins a part, in voxels.
 const JOINED: f32 = 2.5;
-/// A part of a class with fewer voxels than this share of the class's largest object is a fragment of the one next to it.
-const FRAGMENT: f32 = 0.1;
+/// A part of a class with fewer voxels than this share of the class's largest object is a fragment of the one next to it:
+/// one with a label, and one that only looks like what is labelled.
+const LABELLED_FRAGMENT: f32 = 0.1;
+const FRAGMENT: f32 = 0.25;
 /// Side of the cells in which the part next to a fragment is looked for, in voxels.
 const CELL: f32 = 16.0;
 
 /// A connected part of a class.
 pub(super) struct Part {
     pub(super) class: ClassId,
+    pub(super) is_labelled: bool,
     pub(super) nodes: Vec<u32>,
 }
 
-/// The parts of all classes that are `things` on the nodes without an object, by class and then the largest first. What is
-/// much smaller than the largest object or part of its class is joined to the nearest of these.
+/// The parts of all classes that are `things` on the nodes without an object, by class, those with labels before the others,
+/// and then the largest first. What is much smaller than the largest object or part of its class is joined to the nearest.
 pub(super) fn parts(
     surface: &Surface,
     posterior: &Posterior,
@@ -40,10 +43,19 @@ pub(super) fn parts(
     let is_free = |node: u32| of_nodes[node as usize].is_none() && things.contains_key(&class_of(node));
     let free = components(surface, &posterior.labels, &is_free);
     let mut all = Vec::new();
-    for (class, mut parts) in free {
+    let is_labelled = |part: &Vec<u32>| {
+        let mut nodes = part.iter();
+        nodes.any(|&node| matches!(posterior.distances.get(node as usize), Some([0.0, _])))
+    };
+    for (class, parts) in free {
         let told = told.remove(&class).unwrap_or_default();
-        let largest = parts.iter().chain(told.values()).map(Vec::len).max();
-        let fragments = parts.split_off(smaller_from(&parts, FRAGMENT * largest.unwrap_or(0) as f32));
+        let sizes = parts.iter().chain(told.values()).map(Vec::len);
+        let largest = sizes.max().unwrap_or(0) as f32;
+        let (mut parts, mut others): (Vec<_>, Vec<_>) = parts.into_iter().partition(is_labelled);
+        let mut fragments = parts.split_off(smaller_from(&parts, LABELLED_FRAGMENT * largest));
+        fragments.extend(others.split_off(smaller_from(&others, FRAGMENT * largest)));
+        let labelled = parts.len();
+        parts.extend(others);
         if !fragments.is_empty() {
             let count = parts.len();
             let (objects, nodes): (Vec<ObjectId>, Vec<Vec<u32>>) = told.into_iter().unzip();
@@ -55,7 +67,11 @@ pub(super) fn parts(
                     .for_each(|node| of_nodes[node as usize] = Some(object));
             }
         }
-        all.extend(parts.into_iter().map(|nodes| Part { class, nodes }));
+        all.extend(parts.into_iter().enumerate().map(|(place, nodes)| Part {
+            class,
+            is_labelled: place < labelled,
+            nodes,
+        }));
     }
     all
 }
