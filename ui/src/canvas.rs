@@ -39,7 +39,7 @@ pub use field_view::{FieldView, FieldViewer};
 pub use frame_view::FrameView;
 pub use gpu::{UploadClock, make_ready};
 pub use legend::field_words;
-pub use objects::{EntryColors, ObjectPlane, SceneObjects, object_words};
+pub use objects::{EntryColors, ObjectPlane, SceneObjects, object_color, object_words};
 pub use overlay::{marker, region};
 pub use shapes::stroke_color;
 pub use split::{below_menus, layer_menu};

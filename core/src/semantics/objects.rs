@@ -383,7 +383,9 @@ mod tests {
         let known = |labels: &[ClassId], labelled: &[usize], before: Option<&SurfaceObjects>| {
             let mut posterior = posterior(labels.to_vec());
             posterior.distances = vec![[1.0, 2.0]; 300];
-            labelled.iter().for_each(|&node| posterior.distances[node][0] = 0.0);
+            labelled
+                .iter()
+                .for_each(|&node| posterior.distances[node][0] = 0.0);
             found(&surface, &posterior, &[], before)
         };
         assert_eq!(told(&known(&labels, &[150], None)), [(1, "chair 1", 120)]);

@@ -1,6 +1,6 @@
 //! The objects of the scene and of the frame in view, found on a thread of its own: it may take longer than a map may wait.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use egui::{Align2, Color32, FontId, Painter, vec2};
@@ -13,6 +13,8 @@ use inplace_model::versioned::{Version, Versioned};
 use super::view::Placement;
 use crate::background::{Background, Desk, Gone};
 
+/// Colours that few classes have begin behind those of so many.
+const FEW_CLASSES: u16 = 12;
 /// How much of the colour of stuff is grey, so that objects stand out.
 const PALE: f32 = 0.65;
 /// That grey.
@@ -70,6 +72,8 @@ pub struct Entry {
     pub class: ClassId,
     /// The object.
     pub object: Option<Object>,
+    /// Whether it is the first of its class.
+    is_first: bool,
 }
 
 /// The objects that a map shows, pixel for pixel.
@@ -159,12 +163,24 @@ impl SceneObjects {
 
 impl Entries {
     fn new<'a>(labels: &LabelSet, objects: impl Iterator<Item = &'a Object>) -> Self {
-        let classes = labels.classes.iter().map(|class| (class.id, None));
-        let objects = objects.map(|object| (object.class, Some(object.clone())));
-        let listed = classes
-            .chain(objects)
-            .map(|(class, object)| Entry { class, object });
-        let listed: Vec<Entry> = listed.take(usize::from(u16::MAX)).collect();
+        let classes = labels.classes.iter().map(|class| Entry {
+            class: class.id,
+            object: None,
+            is_first: false,
+        });
+        let objects = objects.map(|object| Entry {
+            class: object.class,
+            object: Some(object.clone()),
+            is_first: false,
+        });
+        let mut listed: Vec<Entry> = classes.chain(objects).take(usize::from(u16::MAX)).collect();
+        let mut by_number: Vec<&mut Entry> =
+            listed.iter_mut().filter(|entry| entry.object.is_some()).collect();
+        by_number.sort_by_key(|entry| entry.object.as_ref().map(|object| object.id));
+        let mut begun = BTreeSet::new();
+        for entry in by_number {
+            entry.is_first = begun.insert(entry.class);
+        }
         let (mut of_class, mut of_object) = (BTreeMap::new(), BTreeMap::new());
         for (entry, value) in listed.iter().zip(1..) {
             match &entry.object {
@@ -195,8 +211,7 @@ impl Entries {
         self.listed.get(usize::from(value.checked_sub(1)?))
     }
 
-    /// The colours of the values: objects have one of their own, other pixels a pale one of their class; what is hidden has
-    /// none.
+    /// The colours of the values: objects have their own, other pixels a pale one of their class; what is hidden has none.
     pub fn palette(&self, classes: &Palette) -> Arc<Palette> {
         Palette::listing(self.listed.iter().map(|entry| entry.color(classes)))
     }
@@ -318,13 +333,24 @@ impl Entry {
         let [r, g, b, opacity] = classes.class(self.class);
         let hidden = classes.hidden();
         let ([r, g, b], is_hidden) = match &self.object {
-            Some(object) => (default_color(object.id.number()), hidden.has(object.id)),
+            Some(object) => (
+                object_color([r, g, b], object.id, self.is_first),
+                hidden.has(object.id),
+            ),
             None => (
                 [r, g, b].map(|channel| (f32::from(channel) + PALE * (GREY - f32::from(channel))) as u8),
                 hidden.all_but.is_some(),
             ),
         };
         [r, g, b, if is_hidden { 0 } else { opacity }]
+    }
+}
+
+/// The colour of an object: the first of a class, by the numbers, has that of the class.
+pub fn object_color(class: [u8; 3], object: ObjectId, is_first: bool) -> [u8; 3] {
+    match is_first {
+        true => class,
+        false => default_color(object.number().saturating_add(FEW_CLASSES)),
     }
 }
 
@@ -384,21 +410,26 @@ mod tests {
             (colors.class(1)[3], colors.class(2)[3], colors.class(0)),
             (255, 0, [0; 4])
         );
-        let chair = Object {
-            id: ObjectId::new(7).unwrap(),
+        let [armchair, stool] = [(9, "armchair"), (7, "stool")].map(|(number, name)| Object {
+            id: ObjectId::new(number).unwrap(),
             class: 2,
-            name: String::new(),
-        };
-        let entries = Entries::new(&labels, [&chair].into_iter());
-        let values = [(2, 7), (2, 0), (1, 9), (0, 0)].map(|(class, number)| entries.value(class, number));
-        assert_eq!(values, [3, 2, 1, 0]);
+            name: name.to_owned(),
+        });
+        let entries = Entries::new(&labels, [&armchair, &stool].into_iter());
+        let values = [(2, 9), (2, 7), (2, 0), (1, 8), (0, 0)];
+        let values = values.map(|(class, number)| entries.value(class, number));
+        assert_eq!(values, [3, 4, 2, 1, 0]);
+        let colors = entries.palette(&Palette::new(&classes));
         assert_eq!(
-            entries.palette(&Palette::new(&classes)).class(3)[..3],
-            default_color(7)
+            colors.class(4)[..3],
+            classes[1].color,
+            "the first has that of its class"
         );
+        let others = [classes[0].color, classes[1].color];
+        assert!(others.iter().all(|other| colors.class(3)[..3] != *other));
         let shown = |hidden: Hidden| {
             let colors = entries.palette(&Palette::hiding(&classes, &hidden));
-            [1, 2, 3].map(|value| colors.class(value)[3] > 0)
+            [1, 2, 4].map(|value| colors.class(value)[3] > 0)
         };
         assert_eq!(shown(hiding(&[], &[7], None)), [true, true, false]);
         assert_eq!(shown(hiding(&[], &[], Some(7))), [false, false, true]);

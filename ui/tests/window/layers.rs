@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use egui::{Key, PointerButton};
-use inplace_core::labels::default_color;
 use inplace_core::scene::{SceneSource, write_replica};
 use inplace_core::session::Event;
 use inplace_model::Command;
@@ -58,8 +57,8 @@ fn the_layer_of_objects_shows_every_thing_and_the_strip_names_it() {
     let content = window.frame().content(Layer::Objects, palette).unwrap();
     // After the only class.
     assert!(content.over.unwrap().texels.values().contains(&2));
-    let [r, g, b] = default_color(1);
-    assert_eq!(content.palette.class(2), [r, g, b, 255]);
+    let [r, g, b] = window.workspace().document.classes()[0].color;
+    assert_eq!(content.palette.class(2), [r, g, b, 255], "as its class");
     // On another frame before its map is there.
     window.key(Key::D);
     window.sees("Objects: No labels to show yet");

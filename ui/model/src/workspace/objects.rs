@@ -28,6 +28,13 @@ impl Workspace {
         objects
     }
 
+    /// Whether no object of its class has a smaller number.
+    pub fn is_first_of_class(&self, object: &Object) -> bool {
+        let found = self.found.iter().map(|found| &found.object);
+        let mut all = self.document.labels().objects.iter().chain(found);
+        all.all(|other| other.class != object.class || other.id >= object.id)
+    }
+
     /// What is known of an object; `None` of one that labels and maps do not have.
     pub(crate) fn object(&self, id: ObjectId) -> Option<FoundObject> {
         let found = self.found.iter().find(|found| found.object.id == id).cloned();

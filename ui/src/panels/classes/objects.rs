@@ -1,7 +1,7 @@
 //! The objects of a class as lines below it: go on with one, name it, merge and delete it, go there.
 
 use egui::{Stroke, StrokeKind, Ui, vec2};
-use inplace_core::labels::{Class, FoundObject, Object, ObjectId, default_color};
+use inplace_core::labels::{Class, FoundObject, Object, ObjectId};
 use inplace_model::class_view::Named;
 use inplace_model::text::counted;
 use inplace_model::workspace::Workspace;
@@ -9,7 +9,7 @@ use inplace_model::{Command, Commands};
 
 use super::menu;
 use super::row::{INSET, ROW, Row, SWATCH_MIDDLE};
-use crate::canvas::object_words;
+use crate::canvas::{object_color, object_words};
 use crate::panels::parts::Menu;
 use crate::theme;
 use crate::widgets::line_of_text;
@@ -38,7 +38,7 @@ pub(super) fn row<'a>(
     Row {
         named: Named::Object(object.id),
         name: &object.name,
-        color: default_color(object.id.number()),
+        color: object_color(class.color, object.id, workspace.is_first_of_class(object)),
         facts: format!("object of {}, {frames}", class.name),
         number: Some(number),
         slot: None,
