@@ -1,6 +1,6 @@
 //! The objects of the scene and of the frame in view, found on a thread of its own: it may take longer than a map may wait.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use egui::{Align2, Color32, FontId, Painter, vec2};
@@ -163,24 +163,20 @@ impl SceneObjects {
 
 impl Entries {
     fn new<'a>(labels: &LabelSet, objects: impl Iterator<Item = &'a Object>) -> Self {
-        let classes = labels.classes.iter().map(|class| Entry {
-            class: class.id,
-            object: None,
-            is_first: false,
-        });
-        let objects = objects.map(|object| Entry {
-            class: object.class,
-            object: Some(object.clone()),
-            is_first: false,
-        });
-        let mut listed: Vec<Entry> = classes.chain(objects).take(usize::from(u16::MAX)).collect();
-        let mut by_number: Vec<&mut Entry> =
-            listed.iter_mut().filter(|entry| entry.object.is_some()).collect();
-        by_number.sort_by_key(|entry| entry.object.as_ref().map(|object| object.id));
-        let mut begun = BTreeSet::new();
-        for entry in by_number {
-            entry.is_first = begun.insert(entry.class);
+        let objects: Vec<&Object> = objects.collect();
+        let mut first: BTreeMap<ClassId, ObjectId> = BTreeMap::new();
+        for object in &objects {
+            let first = first.entry(object.class).or_insert(object.id);
+            *first = object.id.min(*first);
         }
+        let classes = labels.classes.iter().map(|class| (class.id, None));
+        let objects = objects.into_iter().map(|object| (object.class, Some(object)));
+        let listed = classes.chain(objects).map(|(class, object)| Entry {
+            class,
+            object: object.cloned(),
+            is_first: object.is_some_and(|object| first[&class] == object.id),
+        });
+        let listed: Vec<Entry> = listed.take(usize::from(u16::MAX)).collect();
         let (mut of_class, mut of_object) = (BTreeMap::new(), BTreeMap::new());
         for (entry, value) in listed.iter().zip(1..) {
             match &entry.object {
@@ -410,13 +406,13 @@ mod tests {
             (colors.class(1)[3], colors.class(2)[3], colors.class(0)),
             (255, 0, [0; 4])
         );
-        let [armchair, stool] = [(9, "armchair"), (7, "stool")].map(|(number, name)| Object {
+        let [armchair, stool] = [(2, "armchair"), (1, "stool")].map(|(number, name)| Object {
             id: ObjectId::new(number).unwrap(),
             class: 2,
             name: name.to_owned(),
         });
         let entries = Entries::new(&labels, [&armchair, &stool].into_iter());
-        let values = [(2, 9), (2, 7), (2, 0), (1, 8), (0, 0)];
+        let values = [(2, 2), (2, 1), (2, 0), (1, 8), (0, 0)];
         let values = values.map(|(class, number)| entries.value(class, number));
         assert_eq!(values, [3, 4, 2, 1, 0]);
         let colors = entries.palette(&Palette::new(&classes));
@@ -431,8 +427,8 @@ mod tests {
             let colors = entries.palette(&Palette::hiding(&classes, &hidden));
             [1, 2, 4].map(|value| colors.class(value)[3] > 0)
         };
-        assert_eq!(shown(hiding(&[], &[7], None)), [true, true, false]);
-        assert_eq!(shown(hiding(&[], &[], Some(7))), [false, false, true]);
-        assert_eq!(shown(hiding(&[2], &[], Some(7))), [false; 3]);
+        assert_eq!(shown(hiding(&[], &[1], None)), [true, true, false]);
+        assert_eq!(shown(hiding(&[], &[], Some(1))), [false, false, true]);
+        assert_eq!(shown(hiding(&[2], &[], Some(1))), [false; 3]);
     }
 }
