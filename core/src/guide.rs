@@ -101,7 +101,7 @@ pub fn suggest(
         open[node as usize] = false;
     }
     let promise = |node: u32| match open[node as usize] {
-        true => unclear[node as usize] * value(node as usize).sqrt() * away(node),
+        true => unclear[node as usize] * value(node as usize).sqrt(),
         false => 0.0,
     };
 
@@ -115,7 +115,7 @@ pub fn suggest(
     let mut ranked: Vec<(f32, Effect)> = Vec::new();
     let mut visits = 0;
     // In blocks, so that the result does not depend on the number of threads.
-    for block in candidates(graph, &unclear, promise).chunks(BLOCK) {
+    for block in candidates(graph, &unclear, promise, away).chunks(BLOCK) {
         let effect = |search: &mut EffectSearch<'_>, &node: &u32| {
             let is_wanted = !cancelled.load(Ordering::Relaxed);
             is_wanted.then(|| search.effect(node))

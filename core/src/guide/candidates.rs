@@ -74,11 +74,13 @@ pub(super) fn visible(surface: &Surface, only: Option<&BTreeSet<usize>>) -> Vec<
     visible
 }
 
-/// The most promising nodes that lie apart and on no ridge, best first; nodes without promise are left out.
+/// The nodes that lie apart and on no ridge with the largest promise times `away`, best first, chosen from those with the
+/// largest promise; nodes without are left out.
 pub(super) fn candidates(
     graph: &SurfaceGraph,
     unclear: &[f32],
     promise: impl Fn(u32) -> f32 + Sync,
+    away: impl Fn(u32) -> f32 + Sync,
 ) -> Vec<u32> {
     let mut order: Vec<(f32, u32)> = (0..graph.len() as u32)
         .into_par_iter()
@@ -90,6 +92,9 @@ pub(super) fn candidates(
         order.select_nth_unstable_by(PROMISING, better);
         order.truncate(PROMISING);
     }
+    order
+        .par_iter_mut()
+        .for_each(|(promise, node)| *promise *= away(*node));
     order.par_sort_unstable_by(better);
     let position = |node: u32| graph.nodes()[node as usize].position;
     let mut candidates: Vec<u32> = Vec::with_capacity(MOST);

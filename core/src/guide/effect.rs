@@ -112,6 +112,8 @@ impl<'a> EffectSearch<'a> {
             if effect.visits == MOST_FOLLOWED {
                 break;
             }
+            // Nothing is nearer than 0: it counts once.
+            self.distance[node as usize] = 0.0;
             for (neighbour, cost) in graph.edges(node) {
                 let through = distance + cost;
                 let known = &mut self.distance[neighbour as usize];

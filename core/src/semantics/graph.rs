@@ -43,8 +43,8 @@ pub struct SurfaceGraph {
     nodes: Vec<Node>,
     /// First edge of each node, and the number of edges at the end.
     starts: Vec<u32>,
-    targets: Vec<u32>,
-    costs: Vec<f32>,
+    /// The other end of each edge, and what it costs.
+    edges: Vec<(u32, f32)>,
 }
 
 impl SurfaceGraph {
@@ -57,11 +57,9 @@ impl SurfaceGraph {
         let mut directed: Vec<(u32, u32)> = pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]).collect();
         directed.par_sort_unstable();
         directed.dedup();
-        let costs = directed
-            .par_iter()
-            .map(|&(a, b)| edge_cost(&nodes[a as usize], &nodes[b as usize]))
-            .collect();
-        Self::of_directed(nodes, directed, costs)
+        let with_cost = |&(a, b): &(u32, u32)| (a, b, edge_cost(&nodes[a as usize], &nodes[b as usize]));
+        let directed = directed.par_iter().map(with_cost).collect();
+        Self::of_directed(nodes, directed)
     }
 
     /// A graph with these edges and costs; each edge goes both ways.
@@ -71,14 +69,13 @@ impl SurfaceGraph {
             .flat_map(|&(a, b, cost)| [(a, b, cost), (b, a, cost)]);
         let mut directed: Vec<(u32, u32, f32)> = both_ways.collect();
         directed.sort_by_key(|edge| (edge.0, edge.1));
-        let (edges, costs) = directed.into_iter().map(|(a, b, cost)| ((a, b), cost)).unzip();
-        Self::of_directed(nodes, edges, costs)
+        Self::of_directed(nodes, directed)
     }
 
-    /// A graph with these edges in ascending order, each in both directions, and their costs.
-    fn of_directed(nodes: Vec<Node>, edges: Vec<(u32, u32)>, costs: Vec<f32>) -> Self {
+    /// A graph with these edges and costs in ascending order, each edge in both directions.
+    fn of_directed(nodes: Vec<Node>, edges: Vec<(u32, u32, f32)>) -> Self {
         let mut starts = vec![0_u32; nodes.len() + 1];
-        for &(from, _) in &edges {
+        for &(from, ..) in &edges {
             starts[from as usize + 1] += 1;
         }
         for node in 0..nodes.len() {
@@ -87,8 +84,7 @@ impl SurfaceGraph {
         Self {
             nodes,
             starts,
-            targets: edges.into_iter().map(|(_, to)| to).collect(),
-            costs,
+            edges: edges.into_iter().map(|(_, to, cost)| (to, cost)).collect(),
         }
     }
 
@@ -101,8 +97,7 @@ impl SurfaceGraph {
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.starts.as_slice())
-            + size_of_val(self.targets.as_slice())
-            + size_of_val(self.costs.as_slice())
+            + size_of_val(self.edges.as_slice())
     }
 
     /// Whether there are no nodes.
@@ -119,8 +114,7 @@ impl SurfaceGraph {
     #[inline]
     pub fn edges(&self, node: u32) -> impl Iterator<Item = (u32, f32)> + '_ {
         let range = self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize;
-        let targets = self.targets[range.clone()].iter().copied();
-        targets.zip(self.costs[range].iter().copied())
+        self.edges[range].iter().copied()
     }
 }
 
