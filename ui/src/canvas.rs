@@ -95,6 +95,9 @@ pub struct Canvas {
     pub pointed_at: Option<Pixel>,
     /// The pixel where a press would begin to label or erase.
     hovered: Option<Pixel>,
+    /// The suggested place that the person is at, and where the pointer has been resting since: it asks nothing there.
+    suggested: Option<(usize, Pixel)>,
+    resting: Option<Pos2>,
 }
 
 /// How long the size of the brush is shown after a change, in seconds.
@@ -117,6 +120,8 @@ impl Canvas {
             covered: Vec::new(),
             pointed_at: None,
             hovered: None,
+            suggested: None,
+            resting: None,
         }
     }
 
@@ -348,11 +353,24 @@ impl Canvas {
         if let Some(position) = hover.filter(on_image) {
             self.pointed_at = placement.pixel_at(position);
             let line = ui.input(|input| input.modifiers.shift) && around.line_end.is_some();
-            let clicks = !self.gesture.is_active() && !around.pan_key && !line && !model.overlay_hidden;
+            let is_free = !self.gesture.is_active() && !around.pan_key && !model.overlay_hidden;
+            let clicks = is_free && !line && !self.is_resting(workspace, position);
             self.hovered = self.pointed_at.filter(|_| clicks);
             self.show_cursor(&painter, model, workspace, placement, position, &around);
         }
         self.show_brush_size(ui, &painter, &model.settings, placement, hover);
+    }
+
+    /// Whether the pointer has rested since the person went to the suggestion that keys answer now.
+    fn is_resting(&mut self, workspace: &Workspace, pointer: Pos2) -> bool {
+        let suggestions = workspace.suggestions();
+        let at = suggestions.at().and_then(|index| suggestions.listed.get(index));
+        let suggested = at.map(|place| (place.frame, place.pixel));
+        if suggested != self.suggested {
+            (self.suggested, self.resting) = (suggested, Some(pointer));
+        }
+        self.resting = self.resting.filter(|&place| place == pointer);
+        self.resting.is_some()
     }
 
     /// Shows the size of the brush for a moment when it changes.

@@ -103,6 +103,19 @@ fn a_click_at_the_pointer_is_asked_about_once_and_its_outline_goes_with_what_it_
 }
 
 #[test]
+fn a_pointer_that_rests_while_keys_answer_suggestions_outlines_nothing() {
+    let (mut window, click) = hovering();
+    let generation = window.generation();
+    window.tell(answer(&click, generation));
+    window.suggest(generation, vec![suggestion(0)]);
+    assert_eq!(outlined(&window), Some(20));
+    window.key(Key::N);
+    assert_eq!((outlined(&window), asked(&window).len()), (None, 0));
+    window.hover(window.canvas(40.0, 0.0));
+    assert_eq!(asked(&window).len(), 1, "it points at something");
+}
+
+#[test]
 fn what_is_outlined_becomes_a_label_by_one_key_and_is_taken_back_in_one_step() {
     let (mut window, click) = hovering();
     window.tell(answer(&click, window.generation()));
