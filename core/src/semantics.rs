@@ -36,6 +36,7 @@ mod united;
 mod views;
 mod votes;
 mod voxels;
+mod windows;
 
 pub use depth::{FieldDepth, pixel_length};
 pub use diffusion::diffuse;

@@ -5,12 +5,12 @@
 //! those of frames that were taken nearby: an error of depth moves a pixel by little between two such frames, and colours
 //! tell on which side of a border it lies.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::superpixels::depths;
+use super::windows::{joined, window};
 use super::{CERTAIN, NO_NODE, Node, Posterior, Surface, SurfaceImport};
 use crate::labels::{ClassId, ImportedMap, VOID};
 use crate::lanes::{F32x16, LANES};
@@ -181,7 +181,8 @@ impl LabelImages<'_> {
                 }
             }
             edges.sum_nearest(&mut values, scale, &mut weights);
-            let near = widened(&near, width);
+            // The bits that any pixel near each has.
+            let near = joined(&near, width, MOST_OFF, |all, own| all | own);
             for ((best, values), near) in best.iter_mut().zip(&values).zip(near) {
                 for (place, &value) in values.0.iter().enumerate() {
                     if near & (1 << place) != 0 && value > best.0 {
@@ -211,8 +212,8 @@ impl LabelImages<'_> {
         }
         let (column, row) = (at % width, at / width);
         let squared = |x: usize, y: usize| x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2);
-        let of_row = |y: usize| around(column, width).map(move |x| (squared(x, y), y * width + x));
-        let all = around(row, nodes.len() / width).flat_map(of_row);
+        let of_row = |y: usize| window(column, width, MOST_OFF).map(move |x| (squared(x, y), y * width + x));
+        let all = window(row, nodes.len() / width, MOST_OFF).flat_map(of_row);
         let nearest = all.filter(|&(_, other)| self.class(nodes[other]) == class).min();
         nodes[nearest.map_or(at, |(_, other)| other)]
     }
@@ -327,30 +328,6 @@ fn meeting(origin: Vec3, direction: Vec3, node: &Node) -> Vec3 {
         false => middle,
     };
     origin + length.clamp(middle - node.voxel, middle + node.voxel) * direction
-}
-
-/// The bits that any pixel near each has.
-fn widened(bits: &[u16], width: usize) -> Vec<u16> {
-    let any = |row: &[u16], column: usize| row[around(column, width)].iter().fold(0, |all, own| all | own);
-    let rows: Vec<u16> = bits
-        .chunks_exact(width)
-        .flat_map(|row| (0..width).map(move |column| any(row, column)))
-        .collect();
-    let height = bits.len() / width;
-    let mut all = vec![0; bits.len()];
-    for row in 0..height {
-        for other in around(row, height) {
-            for column in 0..width {
-                all[row * width + column] |= rows[other * width + column];
-            }
-        }
-    }
-    all
-}
-
-/// The rows or columns, of so many, that are near one.
-fn around(at: usize, count: usize) -> Range<usize> {
-    at.saturating_sub(MOST_OFF)..(at + MOST_OFF + 1).min(count)
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use glam::Vec3;
 
 use super::label_images::LabelImages;
 use super::segments::segments;
+use super::windows::joined;
 use super::{NO_NODE, Posterior};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{Cache, Camera, Frame, ImageEdges};
@@ -232,7 +233,7 @@ fn flood(
     reach: u32,
 ) {
     let depths = depths(camera, nodes, &class, (reach as f32 / DEEP).ceil() as u32);
-    let deepest = window_maxima(camera, &depths, reach as usize);
+    let deepest = joined(&depths, camera.width as usize, reach as usize, u32::max);
     let is_open = |at: usize| (depths[at] as f32) < (reach as f32).min(DEEP * deepest[at] as f32);
     let mut open: Vec<bool> = (0..nodes.len())
         .map(|at| nodes[at] != NO_NODE && is_open(at) && !is_sure(nodes[at]))
@@ -303,26 +304,6 @@ pub(super) fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> Cla
         depths[at] = depths[at].min(right.min(below) + 1);
     }
     depths
-}
-
-/// The largest value in the window around every pixel, `reach` pixels to each side.
-fn window_maxima(camera: &Camera, values: &[u32], reach: usize) -> Vec<u32> {
-    let (width, height) = (camera.width as usize, camera.height as usize);
-    let window = |at: usize, size: usize| at.saturating_sub(reach)..(at + reach + 1).min(size);
-    let mut rows = Vec::with_capacity(values.len());
-    for row in values.chunks_exact(width) {
-        rows.extend((0..width).map(|column| row[window(column, width)].iter().copied().max().unwrap_or(0)));
-    }
-    let mut maxima = vec![0; values.len()];
-    for row in 0..height {
-        for other in window(row, height) {
-            let (into, from) = (row * width, other * width);
-            for column in 0..width {
-                maxima[into + column] = maxima[into + column].max(rows[from + column]);
-            }
-        }
-    }
-    maxima
 }
 
 #[cfg(test)]
