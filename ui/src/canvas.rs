@@ -95,8 +95,9 @@ pub struct Canvas {
     pub pointed_at: Option<Pixel>,
     /// The pixel where a press would begin to label or erase.
     hovered: Option<Pixel>,
-    /// The suggested place that the person is at, and where the pointer has been resting since: it asks nothing there.
+    /// The suggested place that keys answer.
     suggested: Option<(usize, Pixel)>,
+    /// Where the pointer has rested since the person went there: it points at nothing.
     resting: Option<Pos2>,
 }
 
@@ -349,27 +350,27 @@ impl Canvas {
         }
         self.covered = split::show(ui, rect, (&model.settings, model.is_compared()), commands);
         InputOrder::set_canvas(ui.ctx(), Some(rect), &self.covered);
+        let rests = self.rests(workspace, hover);
         let on_image = |position: &Pos2| !self.covered.iter().any(|rect| rect.contains(*position));
         if let Some(position) = hover.filter(on_image) {
             self.pointed_at = placement.pixel_at(position);
             let line = ui.input(|input| input.modifiers.shift) && around.line_end.is_some();
-            let is_free = !self.gesture.is_active() && !around.pan_key && !model.overlay_hidden;
-            let clicks = is_free && !line && !self.is_resting(workspace, position);
-            self.hovered = self.pointed_at.filter(|_| clicks);
+            let is_busy = self.gesture.is_active() || around.pan_key || line || rests;
+            self.hovered = self.pointed_at.filter(|_| !is_busy && !model.overlay_hidden);
             self.show_cursor(&painter, model, workspace, placement, position, &around);
         }
         self.show_brush_size(ui, &painter, &model.settings, placement, hover);
     }
 
     /// Whether the pointer has rested since the person went to the suggestion that keys answer now.
-    fn is_resting(&mut self, workspace: &Workspace, pointer: Pos2) -> bool {
+    fn rests(&mut self, workspace: &Workspace, pointer: Option<Pos2>) -> bool {
         let suggestions = workspace.suggestions();
         let at = suggestions.at().and_then(|index| suggestions.listed.get(index));
         let suggested = at.map(|place| (place.frame, place.pixel));
         if suggested != self.suggested {
-            (self.suggested, self.resting) = (suggested, Some(pointer));
+            (self.suggested, self.resting) = (suggested, pointer.filter(|_| suggested.is_some()));
         }
-        self.resting = self.resting.filter(|&place| place == pointer);
+        self.resting = self.resting.filter(|_| self.resting == pointer);
         self.resting.is_some()
     }
 

@@ -74,8 +74,8 @@ pub(super) fn visible(surface: &Surface, only: Option<&BTreeSet<usize>>) -> Vec<
     visible
 }
 
-/// The nodes that lie apart and on no ridge with the largest promise times `away`, best first, chosen from those with the
-/// largest promise; nodes without are left out.
+/// Of the nodes with the largest promise, those that lie apart and on no ridge, the largest promise times `away` first;
+/// nodes without promise are left out.
 pub(super) fn candidates(
     graph: &SurfaceGraph,
     unclear: &[f32],

@@ -49,7 +49,7 @@ struct Outcome {
 pub(super) struct EffectSearch<'a> {
     known: Context<'a>,
     weights: Weights<'a>,
-    /// Infinite except at the nodes reached from the present place.
+    /// Infinite except at the nodes reached from the present place; 0 at those that have been visited.
     distance: Vec<f32>,
     /// The weights of the classes at a node.
     row: Vec<f32>,
@@ -112,7 +112,7 @@ impl<'a> EffectSearch<'a> {
             if effect.visits == MOST_FOLLOWED {
                 break;
             }
-            // Nothing is nearer than 0: it counts once.
+            // Nothing comes nearer than 0, so that it counts once.
             self.distance[node as usize] = 0.0;
             for (neighbour, cost) in graph.edges(node) {
                 let through = distance + cost;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::superpixels::depths;
-use super::windows::{joined, window};
+use super::windows::{dilated, window};
 use super::{CERTAIN, NO_NODE, Node, Posterior, Surface, SurfaceImport};
 use crate::labels::{ClassId, ImportedMap, VOID};
 use crate::lanes::{F32x16, LANES};
@@ -181,8 +181,7 @@ impl LabelImages<'_> {
                 }
             }
             edges.sum_nearest(&mut values, scale, &mut weights);
-            // The bits that any pixel near each has.
-            let near = joined(&near, width, MOST_OFF, |all, own| all | own);
+            let near = dilated(&near, width, MOST_OFF, |all, own| all | own);
             for ((best, values), near) in best.iter_mut().zip(&values).zip(near) {
                 for (place, &value) in values.0.iter().enumerate() {
                     if near & (1 << place) != 0 && value > best.0 {

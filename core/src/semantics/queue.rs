@@ -9,7 +9,7 @@ const FREE_BITS: u32 = 11;
 ///
 /// The bits of floating-point numbers from zero on are ordered as the numbers are, so the upper ones serve as integer
 /// keys. Distances that differ by less than one part in 4096 come in any order: a node may come again with a smaller
-/// distance, which happens to one in a hundred, while the order of all bits takes half as long again.
+/// distance, which happens to one or two in a hundred, while the order of all bits takes half as long again.
 pub(crate) struct DistanceQueue {
     /// Bucket 0 holds the key popped last; bucket k those that differ from it in bit k - 1 and in none above.
     buckets: [Vec<(f32, u32)>; (u32::BITS - FREE_BITS) as usize + 1],
@@ -24,7 +24,7 @@ impl DistanceQueue {
         }
     }
 
-    /// Adds a node; its distance is not negative and not below the one popped last.
+    /// Adds a node; its distance is not negative and does not come before the one popped last.
     pub(crate) fn push(&mut self, distance: f32, node: u32) {
         debug_assert!(key(distance) >= self.last, "{distance} is below what was popped");
         self.buckets[bucket(key(distance), self.last)].push((distance, node));

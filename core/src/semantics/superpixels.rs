@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::label_images::LabelImages;
 use super::segments::segments;
-use super::windows::joined;
+use super::windows::dilated;
 use super::{NO_NODE, Posterior};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{Cache, Camera, Frame, ImageEdges};
@@ -233,7 +233,7 @@ fn flood(
     reach: u32,
 ) {
     let depths = depths(camera, nodes, &class, (reach as f32 / DEEP).ceil() as u32);
-    let deepest = joined(&depths, camera.width as usize, reach as usize, u32::max);
+    let deepest = dilated(&depths, camera.width as usize, reach as usize, u32::max);
     let is_open = |at: usize| (depths[at] as f32) < (reach as f32).min(DEEP * deepest[at] as f32);
     let mut open: Vec<bool> = (0..nodes.len())
         .map(|at| nodes[at] != NO_NODE && is_open(at) && !is_sure(nodes[at]))

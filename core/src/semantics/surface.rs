@@ -200,8 +200,8 @@ impl Surface {
         let scene = lengths.scene;
         let keyframes = scene.keyframes();
         let mut sums: Vec<(Voxel, Sum)> = sums.into_iter().collect();
-        // A fixed order, whatever order the frames were fused in, in which neighbours are near each other: by cubes, the cubes
-        // in them, and so on. Floods find them in the processor's cache.
+        // A fixed order, whatever order the frames were fused in: by cubes and the cubes in them, so that floods find
+        // neighbours in the processor's cache.
         let cubes = |index: IVec3| [6, 4, 2, 0].map(|bits: i32| (index >> bits).to_array());
         sums.sort_by_cached_key(|(cell, _)| (cell.shell, cubes(cell.index)));
         let fewest = lengths.fusion().fewest_pixels.min(keyframes.len() as f32);

@@ -7,9 +7,9 @@ pub(super) fn window(at: usize, count: usize, reach: usize) -> Range<usize> {
     at.saturating_sub(reach)..(at + reach + 1).min(count)
 }
 
-/// The values in the window around each pixel of a row-major image, joined: by something like a maximum, for which neither
-/// order nor repetition counts, and the default nothing.
-pub(super) fn joined<T: Copy + Default>(
+/// Dilation of a row-major image: the values in the window around each pixel, joined by something like a maximum, for which
+/// neither order nor repetition counts, and the default nothing.
+pub(super) fn dilated<T: Copy + Default>(
     values: &[T],
     width: usize,
     reach: usize,
@@ -48,6 +48,6 @@ mod tests {
             (true, false) => 5,
             (false, false) => 0,
         });
-        assert_eq!(joined(&values, 7, 2, u32::max), expected.collect::<Vec<_>>());
+        assert_eq!(dilated(&values, 7, 2, u32::max), expected.collect::<Vec<_>>());
     }
 }

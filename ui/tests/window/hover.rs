@@ -111,6 +111,10 @@ fn a_pointer_that_rests_while_keys_answer_suggestions_outlines_nothing() {
     assert_eq!(outlined(&window), Some(20));
     window.key(Key::N);
     assert_eq!((outlined(&window), asked(&window).len()), (None, 0));
+    window.key(Key::Escape);
+    assert_eq!(asked(&window).len(), 1, "keys answer nothing any more");
+    window.key(Key::N);
+    assert_eq!(asked(&window).len(), 0);
     window.hover(window.canvas(40.0, 0.0));
     assert_eq!(asked(&window).len(), 1, "it points at something");
 }
