@@ -112,7 +112,7 @@ fn start(
             .with_drag_and_drop(true),
         ..eframe::NativeOptions::default()
     };
-    let (options, store) = (options.clone(), Rc::clone(store));
+    let (options, held) = (options.clone(), Rc::clone(store));
     let create: eframe::AppCreator<'static> = Box::new(move |creation| {
         let info = creation
             .wgpu_render_state
@@ -124,7 +124,7 @@ fn start(
         {
             return Err(NoGpu(info.name.clone()).into());
         }
-        let Some(preferences) = store.borrow_mut().take() else {
+        let Some(preferences) = held.borrow_mut().take() else {
             return Err("the preferences belong to another window already".into());
         };
         if let Some(render) = &creation.wgpu_render_state {
@@ -159,6 +159,9 @@ fn start(
             let reason = panic_message(panic.as_ref());
             if is_missing_library(&reason) {
                 Err(Failure::Other(UiError::MissingLibrary(reason)))
+            } else if store.borrow().is_some() {
+                // Before there was a window, so a driver did what it may not. winit cannot start again after this.
+                Err(Failure::Other(UiError::NoRenderer(reason)))
             } else {
                 std::panic::resume_unwind(panic)
             }
