@@ -13,8 +13,6 @@ mod window;
 use std::error::Error;
 use std::time::Instant;
 
-use inplace_core::arguments::TrainingArguments;
-use inplace_core::field::{Preset, best_device};
 use inplace_core::scene::demo::Shot;
 
 use crate::arguments::{Arguments, Command};
@@ -51,20 +49,4 @@ pub fn run(arguments: Arguments, started: Instant) -> Result<(), Failure> {
         Some(Command::Manual { out }) => manual::run(&out),
         None => window::run(arguments.window, false, started),
     }
-}
-
-/// Refuses the published network where neither a budget nor a fast device bounds its training, and beside features, which it
-/// makes no use of.
-fn check_preset(training: &TrainingArguments, budget: Option<f64>) -> Result<(), Failure> {
-    if training.preset == Preset::Reference && budget.is_none() && best_device()?.is_cpu() {
-        return Err(
-            "the published network trains for a month on this computer; use `inplace label --preset reference` \
-             with a --budget in seconds, or another preset"
-                .into(),
-        );
-    }
-    if training.preset == Preset::Reference && training.features.is_some() {
-        return Err("the published network does not use --features; leave out one of the two".into());
-    }
-    Ok(())
 }

@@ -12,9 +12,14 @@ use crate::session::SessionOptions;
 /// How a scene is read and learnt.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct TrainingArguments {
-    /// How much the field may model: auto, fast or accurate; or reference, the published Semantic-NeRF
-    /// network, for which `inplace` needs `label` with a --budget.
-    #[arg(long, value_name = "NAME", default_value = "auto")]
+    /// How much the field may model: auto, fast or accurate.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value = "auto",
+        hide_possible_values = true
+    )]
     pub preset: Preset,
     /// A pretrained network that recognises what looks alike: MobileNetV2, in a file as torchvision saves it.
     #[arg(long, value_name = "FILE", value_parser = network_file)]

@@ -9,22 +9,21 @@ mod model;
 mod occupancy;
 mod plain;
 mod rays;
-pub mod reference;
 mod render;
 mod train;
 mod visibility;
 mod volume;
 
-pub use backend::{Backend, best_device};
+pub use backend::Backend;
 pub(crate) use capacity::median;
-pub use capacity::{Capacity, Preset, UnknownPreset};
+pub use capacity::{Capacity, Preset};
 pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 pub use model::RadianceField;
 pub(crate) use model::is_alike;
 pub use occupancy::OccupancyGrid;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, camera_rays, frame_rays, render_rays};
-pub use train::{HeldOut, HeldOutPixels, Recipe, Trainer, Work};
+pub use train::{HeldOut, Recipe, Trainer, Work};
 pub use visibility::until_opaque;
 pub use volume::Volume;
 

@@ -11,7 +11,6 @@ mod message;
 mod opening;
 mod outbox;
 mod progress;
-mod reference;
 mod rendering;
 mod semantic_trainer;
 mod serve;

@@ -47,12 +47,6 @@ fn labels_and_options_that_cannot_be_used_are_refused_in_one_sentence() {
     let refused_with = |more: &[&str], what: &str, parts: &[&str]| {
         assert_refused(&disk, what, disk.label(more), parts);
     };
-    let reference = ["--preset", "reference"];
-    refused_with(&reference, "no budget", &["month", "--budget"]);
-    let mut window = inplace();
-    window.arg(disk.path("room")).args(reference);
-    assert_refused(&disk, "no budget in the window", window, &["month", "--budget"]);
-
     let images = disk.path("predictions");
     let import = ["--import", images.to_str().unwrap()];
     refused_with(&import, "no folder", &["predictions", "is no folder"]);

@@ -15,7 +15,7 @@ use inplace_core::session::{Client, FrameMap, ModelState, SessionOptions};
 use inplace_lab::ConfusionMatrix;
 use inplace_tests::{
     OnDisk, Outcome, Running, Small, class_ids, contents_of, info, inplace, json, label, miou_with_clicks,
-    one_line, succeed,
+    succeed,
 };
 use serde_json::Value;
 
@@ -198,22 +198,6 @@ fn a_few_clicks_label_every_pixel_of_every_frame() {
 }
 
 #[test]
-fn the_published_network_labels_every_frame_within_its_budget() {
-    let disk = OnDisk::default();
-    succeed(disk.label(&["--preset", "reference"]).args(BUDGET));
-    assert_complete(&disk.path("out"));
-    let report = json(&disk.path("out").join("report.json"));
-    assert_eq!(report["preset"], "reference");
-    assert!(report["map_stride"].as_u64().unwrap() <= 128);
-    // Coarse and fine, with as many logits as there are classes.
-    let classes = Small::get().strokes()["classes"].as_array().unwrap().len();
-    assert_eq!(report["parameters"], 2 * (628_740 + 129 * classes));
-    for phase in ["geometry", "render"] {
-        assert!(report["wall_s"][phase].as_f64().unwrap() > 0.0, "{phase}");
-    }
-}
-
-#[test]
 fn colour_alone_is_enough_to_finish() {
     let disk = OnDisk::default();
     let outcome = succeed(disk.label(&["--no-depth"]).args(BUDGET));
@@ -260,10 +244,6 @@ fn a_trained_project_is_exported_twice_to_the_same_bytes_and_along_a_path_as_a_c
         (&10.into(), &1.0.into())
     );
     assert!(disk.path("compared/differences").read_dir().unwrap().count() > 0);
-
-    let outcome = Running::to_the_end(compare.args(["--preset", "reference"]));
-    assert_eq!(outcome.code, Some(1), "{outcome:?}");
-    assert!(one_line(&outcome.stderr).contains("a month"), "{outcome:?}");
 
     let path = disk.path("room/traj_w_c.txt");
     let views = export(&disk, "views", &["--trajectory", path.to_str().unwrap()]);

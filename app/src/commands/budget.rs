@@ -1,6 +1,5 @@
 //! What a budget of wall time is spent on: opening the scene, training, and writing the files.
 
-use inplace_core::field::Preset;
 use inplace_core::scene::Scene;
 
 /// What writing takes: seconds in any case, for each frame, whose files have to reach the disk, and for each million
@@ -10,8 +9,6 @@ const WRITE_SECONDS_PER_FRAME: f64 = 0.01;
 const WRITE_SECONDS_PER_MEGAPIXEL: f64 = 0.1;
 /// Share of the budget kept for the last look at the surface.
 const LAST_LOOK: f64 = 0.12;
-/// Share of the budget in which the published network renders its maps.
-const REFERENCE_RENDERING: f64 = 0.5;
 /// How much longer the last look at the surface may take than the one before.
 const LOOK_MARGIN: f64 = 1.3;
 
@@ -28,13 +25,9 @@ pub(super) struct Budget {
 
 impl Budget {
     /// Of so many seconds for a scene.
-    pub(super) fn of(seconds: f64, preset: Preset, scene: &Scene) -> Self {
-        let kept = match preset {
-            Preset::Reference => REFERENCE_RENDERING,
-            Preset::Auto | Preset::Fast | Preset::Accurate => LAST_LOOK,
-        };
+    pub(super) fn of(seconds: f64, scene: &Scene) -> Self {
         let pixels = scene.frames.iter().map(|frame| frame.camera.pixels()).sum();
-        Self::new(seconds, kept, scene.frames.len(), pixels)
+        Self::new(seconds, LAST_LOOK, scene.frames.len(), pixels)
     }
 
     /// Of so many seconds for this many frames and pixels of all of them, a share of which is kept for what follows

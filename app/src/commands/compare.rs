@@ -8,8 +8,8 @@ use inplace_core::export::{self, Agreement, Labelling};
 use inplace_core::project::Contents;
 use inplace_core::session::Progress;
 
+use super::Failure;
 use super::run::{self, GENERATION};
-use super::{Failure, check_preset};
 use crate::arguments::CompareArguments;
 
 /// The folder of the images that show where they differ.
@@ -23,7 +23,6 @@ fn read(
 ) -> Result<Labelling, Failure> {
     let contents = Contents::read(project)?;
     let session = run::of_project(&contents, training, false);
-    check_preset(training, None)?;
     let open = session.open;
     let mut client = run::start(session, progress);
     let scene = client.opened()?;

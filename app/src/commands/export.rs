@@ -11,9 +11,9 @@ use inplace_core::scene::{Scene, Trajectory};
 use inplace_core::semantics::NovelViews;
 use inplace_core::session::{Command, Measured, ModelState, Progress};
 
+use super::Failure;
 use super::budget::Budget;
 use super::run::{self, GENERATION};
-use super::{Failure, check_preset};
 use crate::arguments::ExportArguments;
 
 /// Wall time from the start to the last file written, in seconds, where depth was measured and nothing was learnt before.
@@ -79,13 +79,12 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             maps: &contents.maps,
         })?
     } else {
-        let (preset, is_learnt) = (session.preset, session.state.is_some());
+        let is_learnt = session.state.is_some();
         let mut client = run::start(session, &progress);
         let scene = client.opened()?;
         let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
         let budget = arguments.budget.filter(|_| !is_learnt).or(usual);
         // What views are rendered from is learnt without a budget.
-        check_preset(&arguments.training, budget.filter(|_| trajectory.is_none()))?;
         if trajectory.is_some() {
             // Views are rendered from a field that has learnt all it can. Labels teach only the semantic field.
             client.settled(0, None)?;
@@ -98,8 +97,8 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         client.label(labels.clone(), GENERATION);
         let maps = match budget {
             Some(seconds) => {
-                let mut budget = Budget::of(seconds, preset, &scene);
-                let maps = run::maps_within(&mut client, &scene, preset, &mut budget, start)?;
+                let mut budget = Budget::of(seconds, &scene);
+                let maps = run::maps_within(&mut client, &scene, &mut budget, start)?;
                 let status = client.status();
                 if status.training_end.is_none() {
                     println!(

@@ -39,7 +39,7 @@ pub fn run(argument: &Path, outside_files: bool, as_json: bool) -> Result<(), Fa
 fn facts(scene: &Scene, agreement: &Agreement, refinement: Option<PoseRefinement>) -> Result<Value, Failure> {
     let bounds = scene.bounds();
     let volume = Volume::around(&bounds);
-    let capacity = Capacity::for_scene(scene, &volume, Preset::Auto)?;
+    let capacity = Capacity::for_scene(scene, &volume, Preset::Auto);
     let coverage: Vec<f32> = scene.frames.iter().filter_map(Frame::depth_coverage).collect();
     let labelled = match &scene.source {
         SceneSource::Demo => scene.frames.len(),

@@ -8,7 +8,6 @@ use std::time::Instant;
 use inplace_core::export::{
     self, Format, Inputs, LabelledScene, Options, PNG_FOLDERS, PhaseSeconds, Report, peak_memory,
 };
-use inplace_core::field::Preset;
 use inplace_core::labels::{History, LabelSet, Trust, label_image_files, read_label_images, read_strokes};
 use inplace_core::project::Contents;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
@@ -16,9 +15,9 @@ use inplace_core::semantics::{KnownPart, united};
 use inplace_core::session::{Client, Command, Progress, Saved, SessionOptions};
 use serde_json::json;
 
+use super::Failure;
 use super::budget::Budget;
 use super::run::{self, GENERATION};
-use super::{Failure, check_preset};
 use crate::arguments::LabelArguments;
 
 /// Where the labels come from; they are read when the scene is open.
@@ -88,7 +87,6 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
 }
 
 fn label_unless_finished(arguments: &LabelArguments, start: Instant) -> Result<(), Failure> {
-    check_preset(&arguments.training, arguments.budget)?;
     let (options, strokes) = job(arguments)?;
     let inputs = inputs(arguments, &options)?;
     let finished = || export::finished(&arguments.out, env!("CARGO_PKG_VERSION"), &inputs);
@@ -163,9 +161,9 @@ fn label(
     export::prepare(&arguments.out, &PNG_FOLDERS)?;
     client.label(labels.clone(), GENERATION);
     let budget = arguments.budget;
-    let mut budget = budget.map(|seconds| Budget::of(seconds, options.preset, &scene));
+    let mut budget = budget.map(|seconds| Budget::of(seconds, &scene));
     let maps = match &mut budget {
-        Some(budget) => run::maps_within(&mut client, &scene, options.preset, budget, start)?,
+        Some(budget) => run::maps_within(&mut client, &scene, budget, start)?,
         None => run::maps(&mut client)?,
     };
     let final_maps_s = start.elapsed().as_secs_f64();
@@ -228,7 +226,6 @@ fn label(
         held_out_psnr_db: status.held_out_psnr,
         depth_error_m: status.depth_error,
         mean_entropy: status.mean_entropy,
-        map_stride: status.map_stride,
     };
     export::write_report(&arguments.out, &report)?;
     drop(client);
@@ -259,9 +256,6 @@ fn label(
         if let Some(sentence) = &report.over_budget {
             println!("{sentence}");
         }
-        if let Some(stride) = report.map_stride.filter(|&stride| stride > 1) {
-            println!("maps were rendered at one pixel in {stride} along each axis");
-        }
     }
     Ok(())
 }
@@ -273,15 +267,10 @@ fn counted(count: usize, what: &str) -> String {
 
 /// Finds out what to label: a project with its own strokes, or a scene with a strokes file.
 fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure> {
-    if let Some(folder) = &arguments.import {
-        if arguments.training.preset == Preset::Reference {
-            return Err(
-                "the published network does not learn from label images here; leave out --preset".into(),
-            );
-        }
-        if !folder.is_dir() {
-            return Err(format!("{}: is no folder; give one with label images", folder.display()).into());
-        }
+    if let Some(folder) = &arguments.import
+        && !folder.is_dir()
+    {
+        return Err(format!("{}: is no folder; give one with label images", folder.display()).into());
     }
     let source = SceneSource::from_argument(&arguments.scene);
     let mut options = arguments.training.session_options(source);

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use inplace_core::arguments::TrainingArguments;
-use inplace_core::field::Preset;
 use inplace_core::project::{Contents, ProjectError};
 use inplace_core::scene::{OpenOptions, Scene};
 use inplace_core::semantics::Surface;
@@ -94,19 +93,18 @@ pub(super) fn maps(client: &mut Client) -> Result<Vec<Arc<FrameMap>>, ClientErro
 /// began. Where the budget will hardly be kept, a sentence on stderr says so.
 ///
 /// Where depth was measured there is a surface without training. Training waits for its maps then, because nothing can
-/// be written without them. The published network has maps only at the end.
+/// be written without them.
 pub(super) fn maps_within(
     client: &mut Client,
     scene: &Scene,
-    preset: Preset,
     budget: &mut Budget,
     start: Instant,
 ) -> Result<Vec<Arc<FrameMap>>, ClientError> {
     let opening = start.elapsed().as_secs_f64();
     let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
     let has_surface = keyframes.any(|frame| frame.depth_coverage().is_some_and(|share| share > 0.0));
-    let mut has_maps = preset == Preset::Reference;
-    let mut is_waiting = has_surface && !has_maps;
+    let mut has_maps = false;
+    let mut is_waiting = has_surface;
     if is_waiting {
         client.send(Command::Pause);
     }

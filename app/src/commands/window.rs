@@ -6,7 +6,7 @@ use std::time::Instant;
 use inplace_core::scene::SceneSource;
 use inplace_ui::{Target, UiError, UiOptions};
 
-use super::{Failure, check_preset, label};
+use super::{Failure, label};
 use crate::arguments::{LabelArguments, WindowArguments};
 
 /// Where the demo's maps go when there is no display.
@@ -14,7 +14,6 @@ const DEMO_OUT: &str = "inplace-demo";
 
 /// Opens the window, with the demo where it was asked for; without a display and with nothing given to open, labels the demo instead.
 pub fn run(arguments: WindowArguments, demo: bool, started: Instant) -> Result<(), Failure> {
-    check_preset(&arguments.training, None)?;
     let options = UiOptions {
         open: if demo {
             Some(Target::Scene(SceneSource::Demo))

@@ -59,9 +59,6 @@ pub struct Report {
     pub depth_error_m: Option<f32>,
     /// Mean entropy over all pixels of all frames, in nats.
     pub mean_entropy: Option<f32>,
-    /// Where maps were rendered coarsely (`--preset reference`): one pixel in so many along each axis was
-    /// computed, and its neighbours show the same.
-    pub map_stride: Option<u32>,
 }
 
 /// Wall time by phase, in seconds.

@@ -17,7 +17,7 @@ impl Backend {
     /// The fastest: plain ops on the best device, or the fused kernels where that is the CPU.
     ///
     /// # Errors
-    /// As [`best_device`].
+    /// A build with the feature `cuda` or `metal` on a machine without a usable GPU.
     pub fn best() -> Result<Self> {
         Ok(match best_device()? {
             Device::Cpu => Self::Fused(Dispatch::detect()),
@@ -35,10 +35,7 @@ impl Backend {
 }
 
 /// The first GPU in a build with the feature `cuda` or `metal`, else the CPU.
-///
-/// # Errors
-/// Such a build on a machine without a usable GPU.
-pub fn best_device() -> Result<Device> {
+fn best_device() -> Result<Device> {
     if cfg!(feature = "metal") {
         Device::metal_if_available(0)
     } else {

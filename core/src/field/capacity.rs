@@ -1,9 +1,7 @@
 //! How large a field a scene gets.
 
 use std::fmt;
-use std::str::FromStr;
 
-use candle_core::{Result, bail};
 use serde::{Deserialize, Serialize};
 
 use super::{GridShape, Volume};
@@ -11,6 +9,7 @@ use crate::scene::{Frame, Scene};
 
 /// How large a field may grow, and for how long it trains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
     /// Chosen from the scene.
@@ -20,35 +19,15 @@ pub enum Preset {
     Fast,
     /// Finer and later.
     Accurate,
-    /// The network of the Semantic-NeRF paper as published ([`reference`](super::reference)) instead of a hash grid.
-    Reference,
-}
-
-/// A name that no preset has, with the names that there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("use auto, fast, accurate or reference")]
-pub struct UnknownPreset;
-
-impl FromStr for Preset {
-    type Err = UnknownPreset;
-
-    fn from_str(name: &str) -> std::result::Result<Self, Self::Err> {
-        let named = Self::ALL.into_iter().find(|preset| preset.name() == name);
-        named.ok_or(UnknownPreset)
-    }
 }
 
 impl Preset {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Auto, Self::Fast, Self::Accurate, Self::Reference];
-
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
             Self::Fast => "fast",
             Self::Accurate => "accurate",
-            Self::Reference => "reference",
         }
     }
 }
@@ -76,22 +55,18 @@ pub struct Capacity {
 
 impl Capacity {
     /// The capacity for a scene: the finest cells are as large as a pixel's footprint at a typical surface.
-    ///
-    /// # Errors
-    /// [`Preset::Reference`], whose networks have no grid.
-    pub fn for_scene(scene: &Scene, volume: &Volume, preset: Preset) -> Result<Self> {
+    pub fn for_scene(scene: &Scene, volume: &Volume, preset: Preset) -> Self {
         // With measured depth there is less to learn.
         let auto_steps = if scene.has_depth() { 2_500 } else { 12_000 };
         let (coarser, (table_log2, most_log2), steps) = match preset {
             Preset::Fast => (2.0, (15, 15), 800),
             Preset::Auto => (1.0, (17, 19), auto_steps),
             Preset::Accurate => (0.5, (19, 19), 12_000),
-            Preset::Reference => bail!("the reference preset has no grid whose capacity could be chosen"),
         };
         let cell = coarser * pixel_footprint(scene, volume);
         let coarsest = 16;
         let finest = ((volume.side / cell).round() as u32).clamp(2 * coarsest, 2048);
-        Ok(Self {
+        Self {
             levels: 8,
             coarsest,
             finest,
@@ -100,7 +75,7 @@ impl Capacity {
             hidden: 64,
             steps,
             cell: volume.side / finest as f32,
-        })
+        }
     }
 
     /// The same with about `size` times the rows in each hashed level, at first and at most, to the next power of two.
@@ -190,7 +165,7 @@ mod tests {
     fn four_times_the_rows_have_cells_of_half_the_side() {
         let scene = wall(3, 640, 480);
         let volume = Volume::around(&scene.bounds());
-        let chosen = Capacity::for_scene(&scene, &volume, Preset::Auto).unwrap();
+        let chosen = Capacity::for_scene(&scene, &volume, Preset::Auto);
         assert_eq!(chosen.scaled(1.0), chosen);
         let larger = chosen.scaled(4.0);
         assert_eq!(larger.table_log2, chosen.table_log2 + 2);

@@ -199,14 +199,14 @@ impl RadianceField {
 ///
 /// # Errors
 /// A parameter that is missing or has another shape; nothing is changed then.
-pub(super) fn restore(named: &[(impl AsRef<str>, &Var)], tensors: &HashMap<String, Tensor>) -> Result<()> {
+pub(super) fn restore(named: &[(&str, &Var)], tensors: &HashMap<String, Tensor>) -> Result<()> {
     let mut found = Vec::with_capacity(named.len());
     for (name, var) in named {
-        match tensors.get(name.as_ref()) {
+        match tensors.get(*name) {
             Some(tensor) if is_alike(tensor, var) => found.push(tensor),
             _ => bail!(
                 "the saved model has no {} of {:?} and shape {:?}",
-                name.as_ref(),
+                name,
                 var.dtype(),
                 var.dims()
             ),

@@ -107,7 +107,7 @@ impl Trainer {
     /// Starts a field for a scene on the fastest backend.
     ///
     /// # Errors
-    /// As [`best_device`](super::best_device), and a lack of memory.
+    /// As [`Backend::best`], and a lack of memory.
     pub fn new(scene: Arc<Scene>, preset: Preset, seed: u64) -> Result<Self> {
         Self::scaled(scene, preset, 1.0, seed)
     }
@@ -132,7 +132,7 @@ impl Trainer {
         seed: u64,
     ) -> Result<Self> {
         let volume = Volume::around(&scene.bounds());
-        let capacity = Capacity::for_scene(&scene, &volume, preset)?.scaled(size);
+        let capacity = Capacity::for_scene(&scene, &volume, preset).scaled(size);
         let field = RadianceField::new(volume, &capacity, seed, backend)?;
         let mut occupancy = OccupancyGrid::unknown(capacity.cell);
         if scene.has_depth() {

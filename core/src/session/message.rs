@@ -82,7 +82,7 @@ pub enum Command {
     /// From now on, check the strokes after every change of the labels ([`Event::StrokeChecks`]).
     CheckStrokes,
     /// Render the field as seen from here, in slices between other work; a newer request replaces an older one.
-    /// Answered with [`Event::Rendered`], coarse first and then fine, or with [`Event::NotRendered`].
+    /// Answered with [`Event::Rendered`], coarse first and then fine.
     Render(Viewpoint),
     /// Stop training; the maps still follow changes of the labels.
     Pause,
@@ -92,8 +92,7 @@ pub enum Command {
     Settle,
     /// Answer with [`Event::State`].
     Save,
-    /// End the worker. It answers with [`Event::Stopped`] within 100 ms, or with [`Preset::Reference`] after its
-    /// current eight rays, which take about as long on two free cores.
+    /// End the worker. It answers with [`Event::Stopped`] within 100 ms.
     Stop,
 }
 
@@ -155,8 +154,6 @@ pub enum Event {
     },
     /// The field as seen from a viewpoint: an answer to [`Command::Render`].
     Rendered(Arc<RenderedView>),
-    /// The field cannot be shown, and why. The other answer to [`Command::Render`].
-    NotRendered(String),
     /// Progress of training; several times a second while it runs.
     Status(Status),
     /// The answer to [`Command::Save`].
@@ -206,10 +203,6 @@ pub struct Status {
     pub capacity: String,
     /// Nodes of the surface graph; 0 until there is one.
     pub surface_nodes: usize,
-    /// Stride of the newest complete pass, where maps are rendered ray by ray: along each axis one pixel in so many was
-    /// computed, and its neighbours show the same. `None` for maps that follow from the surface, and before there are
-    /// maps.
-    pub map_stride: Option<u32>,
     /// Generation of the newest labels that the worker has.
     pub generation: u64,
     /// Whether imported label images are still being propagated, so that the maps do not follow them yet.

@@ -1,4 +1,4 @@
-//! What the workers share: the loop that handles commands between slices of work, and their errors.
+//! The loop that handles commands between slices of work, and the worker's errors.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use candle_core::Tensor;
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 
+use super::worker::Worker;
 use super::{Command, ModelState};
 use crate::field::FieldError;
 use crate::scene::SceneError;
@@ -30,42 +31,30 @@ impl From<candle_core::Error> for WorkerError {
     }
 }
 
-/// Work that is done in slices, so that commands are handled in between.
-pub(super) trait WorkerTask {
-    /// Carries out a command; `false` = stop.
-    fn handle(&mut self, command: Command) -> Result<bool, WorkerError>;
-
-    /// Reports the status.
-    fn report_status(&mut self);
-
-    /// Does a slice of work; `false` when there was nothing to do.
-    fn advance(&mut self) -> Result<bool, WorkerError>;
-}
-
 /// Handles the early commands, then works and handles commands until one says stop or all senders are gone.
 pub(super) fn serve(
-    task: &mut impl WorkerTask,
+    worker: &mut Worker<'_>,
     early: Vec<Command>,
     commands: &Receiver<Command>,
 ) -> Result<(), WorkerError> {
     for command in early {
-        if !task.handle(command)? {
+        if !worker.handle(command)? {
             return Ok(());
         }
     }
-    task.report_status();
+    worker.report_status();
     loop {
         while let Ok(command) = commands.try_recv() {
-            if !task.handle(command)? {
+            if !worker.handle(command)? {
                 return Ok(());
             }
         }
-        if task.advance()? {
+        if worker.advance()? {
             continue;
         }
         match commands.recv_timeout(NAP) {
             Ok(command) => {
-                if !task.handle(command)? {
+                if !worker.handle(command)? {
                     return Ok(());
                 }
             }

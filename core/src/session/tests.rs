@@ -7,7 +7,7 @@ use super::*;
 use crate::features::write_untrained;
 use crate::field::Preset;
 use crate::labels::testing::clicked;
-use crate::labels::{ClassId, History, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust, VOID};
+use crate::labels::{ClassId, History, ImportedLabels, ImportedMap, LabelSet, Stroke, Trust};
 use crate::scene::testing::{wall, without_depth};
 use crate::scene::{Camera, OpenOptions, SceneSource, SparsePoint, Viewpoint, write_replica};
 use crate::stereo::tests::capture;
@@ -350,47 +350,6 @@ fn suggestions_follow_the_maps_and_checks_of_the_strokes_too_once_they_are_wante
     let (checks, accuracy) = checks(&mut client, 3);
     assert_eq!(checks.len(), 4);
     assert!(accuracy.is_some_and(|accuracy| accuracy < 1.0), "{checks:?}");
-}
-
-fn reference() -> Client {
-    start_with(SessionOptions {
-        preset: Preset::Reference,
-        ..options()
-    })
-}
-
-#[test]
-fn the_reference_maps_every_frame_when_it_is_asked_to_settle() {
-    let mut client = reference();
-    let mut history = two_clicks();
-    history.add_stroke(Stroke::click(3, VOID, [20, 20]));
-    client.send(Command::Settle);
-    let maps = maps_of(&mut client, &history, 1);
-    assert_eq!(maps.len(), 9);
-    for map in &maps {
-        let void = map.labels().iter().filter(|&&label| label == VOID).count();
-        assert_eq!(void, usize::from(map.frame == 3));
-        assert!(map.mean_entropy() > 0.0);
-    }
-    assert_eq!(maps[0].labels()[20 * 64 + 10], 1);
-    assert_eq!(maps[8].labels()[30 * 64 + 50], 2);
-    // Finer and finer, with what is known reported.
-    let status = wait_for_status(&mut client, |status| status.map_stride == Some(32));
-    assert!(status.mean_entropy.is_some() && status.held_out_psnr.is_some() && !status.settled);
-    assert_eq!(status.surface_nodes, 0);
-}
-
-#[test]
-fn the_reference_stops_in_the_middle_of_a_step() {
-    let mut client = reference();
-    client.label(two_clicks().labels().clone(), 1);
-    wait_for_status(&mut client, |status| status.geometry_seconds > 0.0);
-    client.send(Command::Pause);
-    let paused = wait_for_status(&mut client, |status| status.phase == Phase::Paused);
-    assert_eq!(paused.steps, 0, "a whole step takes far longer");
-    client.send(Command::Stop);
-    let ended = client.work_until(Instant::now() + PATIENCE);
-    assert!(matches!(ended, Err(ClientError::Ended)));
 }
 
 #[test]

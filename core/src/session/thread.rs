@@ -9,11 +9,9 @@ use crossbeam_channel::Receiver;
 use super::estimating::estimate;
 use super::opening::open;
 use super::outbox::Outbox;
-use super::reference::ReferenceWorker;
 use super::serve::{WorkerError, serve};
 use super::worker::Worker;
 use super::{Command, Event, SessionOptions};
-use crate::field::Preset;
 use crate::scene::Scene;
 
 /// Has this thread, and those that it starts from now on, give way to others. On Linux alone: elsewhere threads do not
@@ -54,26 +52,16 @@ pub(super) fn run(
                 None => return Ok(()),
             },
         };
-        let is_learnt = !matches!(options.preset, Preset::Reference);
-        let (scene, depth) = if is_learnt && !scene.has_depth() {
+        let (scene, depth) = if scene.has_depth() {
+            (scene, Vec::new())
+        } else {
             match estimate(scene, commands, &mut early, outbox, &threads)? {
                 Some(estimated) => (estimated.scene, estimated.depth),
                 None => return Ok(()),
             }
-        } else {
-            (scene, Vec::new())
         };
         outbox.send(Event::Opened(Arc::clone(&scene)));
-        threads.install(|| match options.preset {
-            Preset::Reference => serve(
-                &mut ReferenceWorker::new(scene, &options, outbox)?,
-                early,
-                commands,
-            ),
-            Preset::Auto | Preset::Fast | Preset::Accurate => {
-                serve(&mut Worker::new(scene, depth, &options, outbox)?, early, commands)
-            }
-        })
+        threads.install(|| serve(&mut Worker::new(scene, depth, &options, outbox)?, early, commands))
     });
 }
 

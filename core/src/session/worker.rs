@@ -17,7 +17,7 @@ use super::demand::Demand;
 use super::outbox::Outbox;
 use super::rendering::ViewRendering;
 use super::semantic_trainer::SemanticTrainer;
-use super::serve::{WorkerError, WorkerTask, saved, timed};
+use super::serve::{WorkerError, saved, timed};
 use super::status_reporter::StatusReporter;
 use super::surface_refiner::SurfaceRefiner;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status, TrainingEnd};
@@ -146,8 +146,9 @@ impl<'a> Worker<'a> {
     }
 }
 
-impl WorkerTask for Worker<'_> {
-    fn handle(&mut self, command: Command) -> Result<bool, WorkerError> {
+impl Worker<'_> {
+    /// Carries out a command; `false` = stop.
+    pub(super) fn handle(&mut self, command: Command) -> Result<bool, WorkerError> {
         match command {
             Command::Labels { labels, generation } => {
                 tracing::info!(generation, strokes = labels.strokes.len(), "labels are received");
@@ -203,7 +204,8 @@ impl WorkerTask for Worker<'_> {
         Ok(true)
     }
 
-    fn report_status(&mut self) {
+    /// Reports the status.
+    pub(super) fn report_status(&mut self) {
         let phase = match (self.paused, &self.propagation) {
             (true, _) => Phase::Paused,
             (false, None) => Phase::FindingSurface,
@@ -231,7 +233,6 @@ impl WorkerTask for Worker<'_> {
                 .propagation
                 .as_ref()
                 .map_or(0, |propagation| propagation.surface().graph.len()),
-            map_stride: None,
             generation: self.generation,
             spreading_import: self.importing.is_some(),
             finding_features: self.features.is_open(),
@@ -240,7 +241,8 @@ impl WorkerTask for Worker<'_> {
         self.reporter.report(self.outbox, status);
     }
 
-    fn advance(&mut self) -> Result<bool, WorkerError> {
+    /// Does a slice of work; `false` when there was nothing to do.
+    pub(super) fn advance(&mut self) -> Result<bool, WorkerError> {
         if let Some(propagation) = self.new_propagation()? {
             if self.labels.imported.is_some() && self.propagation.is_some() {
                 // The surface of before stays until the images are propagated over this one too.

@@ -92,15 +92,14 @@ pub struct SimulateArguments {
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds_or_none)]
     pub settle: f64,
     /// Measure other methods on the clicks of "random" too: the click nearest in a straight line (nearest), a
-    /// joint network of positions (joint-mlp) and a pixel classifier (pixels), or some of them; and, where it is
-    /// named, the published Semantic-NeRF network (reference), in the time that labelling took.
+    /// joint network of positions (joint-mlp) and a pixel classifier (pixels), or some of them.
     #[arg(
         long,
         value_name = "NAME,...",
         value_delimiter = ',',
         num_args = 0..=1,
         require_equals = true,
-        default_missing_values = Baseline::QUICK.map(Baseline::name),
+        default_missing_values = Baseline::ALL.map(Baseline::name),
         value_parser = baseline
     )]
     pub baselines: Vec<Baseline>,
@@ -195,6 +194,8 @@ pub struct EngineArguments {
     /// What to train: auto, fast or accurate, or several of them in turn.
     #[arg(
         long = "preset",
+        value_enum,
+        hide_possible_values = true,
         value_name = "NAME,...",
         value_delimiter = ',',
         default_value = "auto"
@@ -374,10 +375,11 @@ pub struct ParetoArguments {
     /// Folders of captures with ground truth and split.json, or "demo".
     #[arg(required = true)]
     pub scenes: Vec<PathBuf>,
-    /// What is measured in turn: fast, auto, accurate; and reference, the published network, which has maps at the
-    /// last mark alone.
+    /// What is measured in turn: fast, auto, accurate.
     #[arg(
         long = "preset",
+        value_enum,
+        hide_possible_values = true,
         value_name = "NAME,...",
         value_delimiter = ',',
         default_value = "fast,auto,accurate"
@@ -433,9 +435,12 @@ fn policy(name: &str) -> Result<Policy, String> {
 }
 
 fn baseline(name: &str) -> Result<Baseline, String> {
-    let all = [&Baseline::QUICK[..], &[Baseline::Reference]].concat();
-    let advice = "use nearest, joint-mlp, pixels or reference";
-    by_name(&all, Baseline::name, name, advice)
+    by_name(
+        &Baseline::ALL,
+        Baseline::name,
+        name,
+        "use nearest, joint-mlp or pixels",
+    )
 }
 
 fn sweep(name: &str) -> Result<Sweep, String> {
@@ -478,22 +483,5 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
-    }
-
-    #[test]
-    fn the_published_network_is_a_baseline_only_where_it_is_named() {
-        let baselines = |given: &[&str]| {
-            let arguments = [&["inplace-lab", "simulate"], given, &["demo", "--out", "x"]].concat();
-            match Arguments::try_parse_from(arguments).unwrap().command {
-                Command::Simulate(arguments) => arguments.baselines,
-                other => panic!("{other:?}"),
-            }
-        };
-        assert_eq!(baselines(&[]), []);
-        assert_eq!(baselines(&["--baselines"]), Baseline::QUICK);
-        assert_eq!(
-            baselines(&["--baselines=nearest,reference"]),
-            [Baseline::Nearest, Baseline::Reference]
-        );
     }
 }

@@ -18,7 +18,7 @@ use super::simulate::{Annotator, Policy};
 use super::table::csv;
 use super::{ConfusionMatrix, Failure, SceneTruth, unusable_scene};
 use inplace_core::export;
-use inplace_core::field::{Preset, Ray, Trainer};
+use inplace_core::field::{Ray, Trainer};
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust, VOID};
 use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::semantics::{LabelPropagation, NodeVotes, SemanticField, SemanticPart, Surface};
@@ -328,9 +328,6 @@ fn labelled_by_clicks(arguments: &FieldArguments, learnt: &mut Learnt) -> Result
 
 /// Measures every scene, writes `field.csv`, and prints.
 pub fn run(arguments: &FieldArguments) -> Result<(), Failure> {
-    if arguments.on.training.preset == Preset::Reference {
-        return Err("the published network learns labels and colours at once; leave out --preset".into());
-    }
     let out = &arguments.on.output.out;
     begin(out, &arguments.on.scenes)?;
     let threads = arguments.on.training.reading.threads();

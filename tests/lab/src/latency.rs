@@ -12,7 +12,6 @@ use super::page::Page;
 use super::simulate::{Annotator, Click, Policy, name_objects};
 use super::{Failure, SceneTruth, no_strokes, unusable_scene};
 use inplace_core::export::{self, peak_memory};
-use inplace_core::field::Preset;
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::SceneSource;
 use inplace_core::session::{Client, Command, Event, Progress, SessionOptions};
@@ -81,9 +80,6 @@ impl Percentiles {
 /// Measures every scene, writes `latency.json`, and prints.
 pub fn run(arguments: &LatencyArguments) -> Result<(), Failure> {
     let training = &arguments.on.training;
-    if training.preset == Preset::Reference {
-        return Err("the published network has no maps while it trains; leave out --preset".into());
-    }
     let out = &arguments.on.output.out;
     begin(out, &arguments.on.scenes)?;
     let mut measured = Vec::new();

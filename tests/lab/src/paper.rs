@@ -21,7 +21,6 @@ use super::table::csv;
 use super::truth::in_image;
 use super::{Failure, SceneTruth, Scores};
 use inplace_core::export;
-use inplace_core::field::Preset;
 use inplace_core::labels::{ClassId, ImportedLabels, ImportedMap, Trust};
 use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::semantics::Surface;
@@ -292,9 +291,6 @@ pub const COLUMNS: &str = "scene experiment depth seed miou:4 average_accuracy:4
 /// Runs the experiments on every scene, writes `paper.csv`, and prints.
 pub fn run(arguments: &PaperArguments) -> Result<(), Failure> {
     let training = &arguments.on.training;
-    if training.preset == Preset::Reference {
-        return Err("the published network cannot learn from label images here; leave out --preset".into());
-    }
     let out = &arguments.on.output.out;
     begin(out, &arguments.on.scenes)?;
     let pool = pool(training.reading.threads())?;

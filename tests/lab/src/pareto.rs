@@ -41,7 +41,7 @@ const SIZES: [(&str, [f32; 2]); 5] = [
 /// A way to label a scene from clicks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// A session of the program; with [`Preset::Reference`], of the published network.
+    /// A session of the program.
     Preset(Preset),
     /// Stereo, at half and then at full size.
     Stereo,

@@ -21,7 +21,6 @@ use super::table::csv;
 use super::{Calibration, Failure, Scores};
 use inplace_core::arguments::TrainingArguments;
 use inplace_core::export;
-use inplace_core::field::Preset;
 use inplace_core::scene::SceneSource;
 use inplace_core::session::Progress;
 
@@ -55,9 +54,6 @@ pub const COLUMNS: &str = "scene policy seed clicks_per_class strokes miou:4 ave
 
 /// Simulates, writes `results.csv` with its chart, or `objects.csv`, and prints.
 pub fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
-    if arguments.training.preset == Preset::Reference {
-        return Err("the published network learns a scene for each set of labels; measure it with `inplace label --preset reference`".into());
-    }
     let out = &arguments.output.out;
     export::prepare(out, &[])?;
     let source = SceneSource::from_argument(&arguments.scene);

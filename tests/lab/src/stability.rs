@@ -27,7 +27,6 @@ use super::table::csv;
 use super::{Failure, SceneTruth, unusable_scene};
 use crate::arguments::StabilityArguments as Settings;
 use inplace_core::export;
-use inplace_core::field::Preset;
 use inplace_core::scene::{Scene, SceneSource};
 use inplace_core::session::Progress;
 
@@ -302,9 +301,6 @@ pub fn table(outcomes: &[Outcome]) -> serde_json::Result<String> {
 /// Tries the conditions on every scene, writes `stability.csv` and `stability.md`, and prints.
 pub fn run(arguments: &Settings) -> Result<(), Failure> {
     let training = &arguments.training;
-    if training.preset == Preset::Reference {
-        return Err("the published network has no maps while it trains; leave out --preset".into());
-    }
     let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
     let wanted = |condition: &Condition| {

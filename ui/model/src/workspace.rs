@@ -110,8 +110,6 @@ pub struct Workspace {
     surface_generation: u64,
     /// The newest view of the field, from wherever it was asked for.
     pub rendered: Option<Versioned<Arc<RenderedView>>>,
-    /// Why there is no view of the field, a sentence, if there will be none.
-    pub not_rendered: Option<String>,
     /// Zoom and pan.
     pub view: View,
     /// The 3D view.
@@ -152,7 +150,6 @@ impl Workspace {
             surface: None,
             surface_generation: 0,
             rendered: None,
-            not_rendered: None,
             view: View::Whole,
             space: Space::default(),
         };

@@ -97,10 +97,14 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
         Layer::Entropy => vec![Row::Title(layer.name().to_owned()), entropy_bar()],
         Layer::Disagreement => agreement_rows(workspace, shown),
         Layer::Differences => difference_rows(workspace, shown),
-        Layer::Depth => depth_rows(shown).unwrap_or_else(|| match workspace.not_rendered.as_deref() {
-            None if workspace.frame().is_some_and(|frame| frame.has_depth()) => note("One moment"),
-            None if !workspace.has_ended() => note("No measured depth: it is being rendered"),
-            _ => note(no_view(workspace)),
+        Layer::Depth => depth_rows(shown).unwrap_or_else(|| {
+            note(if workspace.frame().is_some_and(|frame| frame.has_depth()) {
+                "One moment"
+            } else if workspace.has_ended() {
+                no_view(workspace)
+            } else {
+                "No measured depth: it is being rendered"
+            })
         }),
         _ => match shown.view().filter(|view| view.shows(layer)) {
             None => note(&field_words(workspace, shown.view(), layer)),
@@ -124,8 +128,7 @@ fn no_view(workspace: &Workspace) -> &str {
     if workspace.has_ended() {
         workspace.phase_in_words()
     } else {
-        let refused = workspace.not_rendered.as_deref();
-        refused.unwrap_or("The view is being rendered")
+        "The view is being rendered"
     }
 }
 

@@ -4,7 +4,6 @@ use std::time::{Duration, Instant};
 
 use egui::{Key, PointerButton};
 use inplace_core::scene::{SceneSource, write_replica};
-use inplace_core::session::Event;
 use inplace_model::Command;
 use inplace_model::layer::Layer;
 use inplace_ui::Target;
@@ -122,9 +121,6 @@ fn the_field_is_rendered_only_while_it_is_shown_and_once_for_a_frame() {
     // One that comes late is of another frame.
     window.tell(rendered(of_first, 400));
     assert!(window.frame().view().is_none());
-    let reason = "This network cannot be shown.".to_owned();
-    window.tell(Event::NotRendered(reason));
-    window.sees("Field depth: This network cannot be shown.");
 }
 
 #[test]

@@ -53,18 +53,6 @@ impl HeldOutPixels {
         (Self { frames }, train)
     }
 
-    /// The first of the pixels, at most `most` in all and the same number of each frame.
-    pub fn fewer(&self, most: usize) -> Self {
-        let each = most / self.frames.len().max(1);
-        let of_frame = |(frame, pixels): &(usize, Vec<usize>)| {
-            let kept = pixels.iter().copied().take(each);
-            (*frame, kept.collect())
-        };
-        Self {
-            frames: self.frames.iter().map(of_frame).collect(),
-        }
-    }
-
     /// The rays of the pixels, a frame after another, without measured length.
     pub fn rays(&self, scene: &Scene) -> Vec<Ray> {
         let ray = |frame: usize, index: usize| Ray {

@@ -34,7 +34,6 @@ A real capture's own clicks: NAME | own-NAME | simulate OWN --policy own --click
 Objects: NAME | objects-NAME | simulate OBJECTS --objects --policy guided,random --clicks 1,2,3 --seeds 1 --geometry 10 | simulate OBJECTS --objects --policy guided --clicks 1 --seeds 1 --geometry 5
 Accuracy against time | pareto | bench pareto DEPTH --preset fast,auto,accurate --seeds 1 --marks 2,5,10 | bench pareto DEPTH --preset fast,auto --seeds 1 --marks 2,5
 Accuracy against time, without depth | pareto-no-depth | bench pareto ALL --no-depth --preset auto --seeds 1 --marks 10,20,40 | bench pareto ROOM --no-depth --preset auto --seeds 1 --marks 10,20
-The published network in 20 seconds | reference | bench pareto TRUTH --preset reference --seeds 1 --marks 20 | bench pareto ROOM --preset reference --seeds 1 --marks 10
 Without depth: stereo and the field alone | alone | bench pareto ROOM --no-depth --preset auto --alone --seeds 1 --marks 10,20,40 | left out
 Accuracy against size | capacity | bench pareto FIRST --preset auto --capacity --seeds 1 --marks 8 | left out
 How long a click waits | latency | bench latency TRUTH --clicks 100 | bench latency TRUTH --clicks 50

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use super::{Method, ParetoPoint, SIZES};
 use crate::learnt::{pool, refine_poses, surface};
-use crate::simulate::baseline::published_course;
 use crate::simulate::{Annotator, Policy};
 use crate::{Failure, SceneTruth};
 use inplace_core::export::peak_memory;
@@ -73,13 +72,11 @@ impl ParetoRun {
     /// # Errors
     /// A scene that cannot be read, or without ground truth; a run without marks, and whatever stops a session.
     pub fn measure(&self) -> Result<Vec<ParetoPoint>, Failure> {
-        let Some(&last) = self.marks.last() else {
+        if self.marks.is_empty() {
             return Err("there is no mark to measure at; give one".into());
-        };
-        let last = Duration::from_secs_f64(last);
+        }
         let prepared = self.prepared()?;
         match self.method {
-            Method::Preset(Preset::Reference) => self.of_reference(&prepared, last),
             Method::Preset(preset) => self.of_session(preset, &prepared),
             Method::Stereo => self.of_stereo(&prepared),
             Method::Sized(size) => self.of_field(SIZES[size].1, &prepared),
@@ -192,14 +189,6 @@ impl ParetoRun {
             estimate(&scene, Size::Full, &mut publish, &|_| true)?;
             points.into_iter().collect()
         })
-    }
-
-    /// The published network has no maps before it stops training: they are measured once, at the last mark.
-    fn of_reference(&self, prepared: &Prepared, last: Duration) -> Result<Vec<ParetoPoint>, Failure> {
-        let start = Instant::now();
-        let (run, scene) = published_course(&self.session, &prepared.labels, last)?;
-        let wall_s = start.elapsed().as_secs_f64();
-        Ok(vec![self.of_maps_now(&scene, prepared, &run, wall_s)?])
     }
 
     /// Maps of the test frames that were made without a session, after so long: on this surface, with this field.

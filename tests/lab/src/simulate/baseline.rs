@@ -3,26 +3,19 @@
 mod joint;
 mod pixels;
 
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::Vec3;
 
 use super::Click;
 use crate::Failure;
 use crate::learnt::NodeLabels;
-use inplace_core::field::Preset;
-use inplace_core::labels::{ClassId, LabelSet, VOID};
+use inplace_core::labels::{ClassId, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::Surface;
-use inplace_core::session::{Client, Command, SessionOptions};
 
 /// How long the joint network trains on each batch of clicks.
 const JOINT_TRAINING: Duration = Duration::from_secs(20);
-
-/// Share of its time in which the published network trains; then it renders, as a ray takes milliseconds.
-const TRAINING: f64 = 0.5;
-const GENERATION: u64 = 1;
 
 /// A way to make maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,29 +28,22 @@ pub enum Baseline {
     JointMlp,
     /// A random forest on filter responses of the image alone, in the way of ilastik (Berg et al. 2019).
     Pixels,
-    /// The published Semantic-NeRF network ([`Preset::Reference`]) in a session of its
-    /// own, for as long as our own labelling took from opening the scene on.
-    Reference,
 }
 
 /// What maps are made of.
 pub(crate) struct Task<'a> {
     pub scene: &'a Scene,
     pub surface: &'a Surface,
-    /// Of our own session.
-    pub options: &'a SessionOptions,
     pub clicks: &'a [Click],
-    /// The clicks as strokes.
-    pub labels: LabelSet,
     /// Frames whose maps are wanted.
     pub frames: &'a [usize],
-    /// How long our own way took.
-    pub wall: Duration,
+    /// Seed of whatever is random.
+    pub seed: u64,
 }
 
 impl Baseline {
-    /// Those that take seconds: all but the published network.
-    pub const QUICK: [Self; 3] = [Self::Nearest, Self::JointMlp, Self::Pixels];
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Nearest, Self::JointMlp, Self::Pixels];
 
     /// Its name in the results.
     pub fn name(self) -> &'static str {
@@ -65,17 +51,22 @@ impl Baseline {
             Self::Nearest => "nearest",
             Self::JointMlp => "joint-mlp",
             Self::Pixels => "pixels",
-            Self::Reference => "reference",
         }
     }
 
     /// Makes the maps of a task's frames: the class of every pixel of each, in their order. Void clicks say nothing. It
-    /// takes the threads that it is run in; the published network, those of the task's options.
+    /// takes the threads that it is run in.
     ///
     /// # Errors
-    /// Whatever stops the session of the published network; of the others none on the CPU.
+    /// None on the CPU.
     pub(crate) fn maps(self, task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, Failure> {
-        let (scene, surface, frames, seed) = (task.scene, task.surface, task.frames, task.options.seed);
+        let &Task {
+            scene,
+            surface,
+            frames,
+            seed,
+            ..
+        } = task;
         let with_class = |click: &Click| click.class != VOID;
         let clicks: Vec<Click> = task.clicks.iter().copied().filter(with_class).collect();
         let placed = || placed(scene, surface, &clicks);
@@ -86,7 +77,6 @@ impl Baseline {
                 on_surface(surface, frames, classes)
             }
             Self::Pixels => pixels::maps(scene, &clicks, frames, seed),
-            Self::Reference => published(task)?,
         })
     }
 }
@@ -119,46 +109,10 @@ fn on_surface(surface: &Surface, frames: &[usize], classes: NodeLabels) -> Vec<V
     frames.iter().map(map).collect()
 }
 
-/// The maps of the task's frames when its time is over; the coarsest ones always come.
-fn published(task: &Task<'_>) -> Result<Vec<Vec<ClassId>>, Failure> {
-    let (run, _) = published_course(task.options, &task.labels, task.wall)?;
-    let map = |&frame: &usize| {
-        let map = run.map(frame);
-        map.map_or_else(Vec::new, |map| map.labels().into_owned())
-    };
-    Ok(task.frames.iter().map(map).collect())
-}
-
-/// Its session when so much wall time is over, with the scene that it opened; later where the coarsest maps take longer.
-pub(crate) fn published_course(
-    options: &SessionOptions,
-    labels: &LabelSet,
-    wall: Duration,
-) -> Result<(Client, Arc<Scene>), Failure> {
-    let start = Instant::now();
-    let mut run = Client::start(SessionOptions {
-        preset: Preset::Reference,
-        views: false,
-        state: None,
-        ..options.clone()
-    });
-    let scene = run.opened()?;
-    run.label(labels.clone(), GENERATION);
-    let trained = start + wall.mul_f64(TRAINING);
-    if !run.settled(GENERATION, Some(trained))? {
-        run.send(Command::Settle);
-        run.mapped(GENERATION)?;
-        // What there is when the time is over.
-        run.settled(GENERATION, Some(start + wall))?;
-    }
-    Ok((run, scene))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{options, wall};
-    use inplace_core::scene::SceneSource;
+    use crate::testing::wall;
 
     fn right(scene: &Scene, frame: usize, labels: &[ClassId]) -> f32 {
         let color = scene.frames[frame].color();
@@ -183,11 +137,9 @@ mod tests {
         let task = Task {
             scene: &scene,
             surface: &surface,
-            options: &options(SceneSource::Demo),
             clicks: &clicks(),
-            labels: LabelSet::default(),
             frames: &[2],
-            wall: Duration::ZERO,
+            seed: 0,
         };
         for (baseline, least) in [(Baseline::Nearest, 0.93), (Baseline::Pixels, 0.9)] {
             let share = right(&scene, 2, &baseline.maps(&task).unwrap()[0]);

@@ -18,17 +18,13 @@ use inplace_core::session::{Client, Command, Event, SessionOptions};
 /// done. Each policy starts from the same learnt field.
 ///
 /// # Errors
-/// A scene without ground truth, [`Baseline::Reference`] without the clicks that it gets, and whatever stops a session.
+/// A scene without ground truth, and whatever stops a session.
 pub fn simulate(
     experiment: &SimulateArguments,
     session: &SessionOptions,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Vec<SimulatedPoint>, Failure> {
     let given = given(experiment);
-    if experiment.baselines.contains(&Baseline::Reference) && !experiment.policies.contains(&given) {
-        let random = "the published network gets the time that labelling took with the policy random; simulate that, too";
-        return Err(random.into());
-    }
     let mut points = Vec::new();
     for run in 0..experiment.seeds {
         let mut options = session.clone();
@@ -77,7 +73,7 @@ pub fn simulate(
             points.extend(open.label(&run, policy, progress)?);
         }
         drop(first);
-        points.extend(run.compared(&points, progress)?);
+        points.extend(run.compared(progress)?);
     }
     Ok(points)
 }
@@ -111,12 +107,8 @@ impl Run<'_> {
         self.experiment.clicks.iter().copied().map(usize::from).collect()
     }
 
-    /// The baselines on the same clicks; `own` are our points, this seed's among them.
-    fn compared(
-        &self,
-        own: &[SimulatedPoint],
-        progress: &mut dyn FnMut(&str),
-    ) -> Result<Vec<SimulatedPoint>, Failure> {
+    /// The baselines on the same clicks.
+    fn compared(&self, progress: &mut dyn FnMut(&str)) -> Result<Vec<SimulatedPoint>, Failure> {
         let (options, scene, test) = (self.options, self.scene, &self.truth.test);
         let pool = pool(options.threads)?;
         let batches = self.batches();
@@ -128,8 +120,6 @@ impl Run<'_> {
             let before = match baseline {
                 Baseline::Nearest | Baseline::JointMlp => self.learnt_s,
                 Baseline::Pixels => self.opening_s,
-                // It opens the scene itself.
-                Baseline::Reference => 0.0,
             };
             for &clicks_per_class in &batches {
                 let name = format!("{}/{}", policy.name(), baseline.name());
@@ -137,19 +127,12 @@ impl Run<'_> {
                 progress(&format!("seed {seed}, {name}: {clicks_per_class} clicks a class"));
                 let most = clicks_per_class * self.annotator.classes().len();
                 let given = &planned[..planned.len().min(most)];
-                let same = |point: &&SimulatedPoint| {
-                    (point.policy.as_str(), point.seed, point.clicks_per_class)
-                        == (policy.name(), seed, clicks_per_class)
-                };
-                let wall_s = own.iter().find(same).map_or(0.0, |point| point.wall_s);
                 let task = Task {
                     scene,
                     surface: self.surface,
-                    options,
                     clicks: given,
-                    labels: self.annotator.labels(given),
                     frames: test,
-                    wall: Duration::from_secs_f64(wall_s),
+                    seed,
                 };
                 let start = Instant::now();
                 let maps = pool.install(|| baseline.maps(&task))?;
@@ -344,9 +327,9 @@ mod tests {
     #[test]
     fn the_graph_alone_labels_two_halves_from_a_click_each() {
         let (_root, folder) = capture();
-        let options = "--policy guided,random --clicks 2,1 --seeds 2 --baselines=reference";
+        let options = "--policy guided,random --clicks 2,1 --seeds 2 --baselines=pixels";
         let points = simulated(options, SceneSource::Folder(folder)).unwrap();
-        let is_compared = |point: &SimulatedPoint| point.policy == "random/reference";
+        let is_compared = |point: &SimulatedPoint| point.policy == "random/pixels";
         let (compared, points): (Vec<_>, Vec<_>) = points.into_iter().partition(is_compared);
         let mut own = points.iter();
         for seed in [4, 5] {
@@ -371,7 +354,7 @@ mod tests {
         let json = serde_json::to_value(&points[0]).unwrap();
         assert!((0.0..0.2).contains(&json["ece"].as_f64().unwrap()), "{json}");
 
-        // The published network had hardly begun, and says nothing of how sure it is.
+        // It says nothing of how sure it is.
         assert_eq!(compared.len(), 4);
         let took = |point: &SimulatedPoint| point.strokes > 0 && point.wall_s > 0.0;
         assert!(compared.iter().all(took), "{compared:?}");
@@ -405,11 +388,5 @@ mod tests {
         assert_eq!(told.collect::<Vec<_>>(), expected);
         assert!(points.iter().all(|point| point.scores.miou > 0.7), "{points:?}");
         assert!(simulated("--policy random", source()).is_err());
-    }
-
-    #[test]
-    fn the_published_network_needs_a_time_to_compare_with() {
-        let error = simulated("--baselines=nearest,reference", SceneSource::Demo).unwrap_err();
-        assert!(error.to_string().contains("random"), "{error}");
     }
 }

@@ -43,11 +43,7 @@ impl Workspace {
             Event::StrokeChecks { checks, accuracy, .. } => {
                 self.overview.take_stroke_checks(checks, accuracy);
             }
-            Event::Rendered(view) => {
-                self.not_rendered = None;
-                self.rendered = Some(Versioned::new(view));
-            }
-            Event::NotRendered(reason) => self.not_rendered = Some(reason),
+            Event::Rendered(view) => self.rendered = Some(Versioned::new(view)),
             Event::State(state) => self.state = Some(state),
             Event::Warning(sentence) | Event::Error(sentence) => return Some(sentence),
             Event::Stopped => self.ended = true,

@@ -124,7 +124,6 @@ fn seconds(results: &Results, captures: &[Capture]) -> Result<Figure, Failure> {
     let courses = [
         ("Inplace", "auto", points("pareto")?),
         ("Inplace, no depth", "auto", points("pareto-no-depth")?),
-        ("published network", "reference", points("reference")?),
     ];
     let panel = |capture: &Capture| {
         let scene = capture.name.as_str();

@@ -10,7 +10,6 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use crate::learnt::NodeLabels;
-use inplace_core::field::reference::positional_encoding;
 use inplace_core::labels::{ClassId, VOID};
 use inplace_core::semantics::Surface;
 
@@ -107,6 +106,16 @@ impl Room {
         let rows = values.len() / 3;
         positional_encoding(&Tensor::from_vec(values, (rows, 3), &Device::Cpu)?, FREQUENCIES)
     }
+}
+
+/// Rows of values, then the sine and the cosine of each times 1, 2, 4 and so on to `2^(frequencies - 1)`.
+fn positional_encoding(rows: &Tensor, frequencies: usize) -> Result<Tensor> {
+    let mut parts = vec![rows.clone()];
+    for octave in 0..frequencies {
+        let scaled = rows.affine(f64::from(1_u32 << octave), 0.0)?;
+        parts.extend([scaled.sin()?, scaled.cos()?]);
+    }
+    Tensor::cat(&parts, D::Minus1)
 }
 
 /// Affine layers with ReLU between them; the last gives the distance over [`BAND`], the colour and the logits.
