@@ -79,6 +79,8 @@ pub(super) struct OnSurface {
     pub(super) unknown: u16,
     /// Label images. Where they are trusted, their pixels have their class for certain.
     pub(super) import: Option<Arc<SurfaceImport>>,
+    /// Whether the posterior is known of all nodes, not only of those that the frame shows.
+    pub(super) is_whole: bool,
     /// Painted pixels and their labels, which they have for certain.
     pub(super) painted: Vec<(u32, Label)>,
 }
@@ -325,13 +327,13 @@ impl FrameMap {
     }
 
     /// The surface that the map follows from, and the posterior of its nodes; `None` for a map that was made pixel by
-    /// pixel, such as one of a project file.
+    /// pixel, such as one of a project file, or before the rest of the scene followed.
     pub fn surface(&self) -> Option<(&Arc<Surface>, &Arc<Posterior>)> {
         let shown = match &self.pixels {
             MapPixels::Listed { source, .. } => source.as_ref()?,
             MapPixels::OnSurface(shown) => shown,
         };
-        Some((&shown.surface, &shown.posterior))
+        shown.is_whole.then_some((&shown.surface, &shown.posterior))
     }
 
     /// Most likely class of every pixel; void where nothing is known or a stroke says so.
@@ -482,6 +484,7 @@ mod tests {
             posterior: Arc::new(posterior),
             unknown,
             import: None,
+            is_whole: true,
             painted,
         };
         FrameMap::on_surface((0, 9), shown)

@@ -12,8 +12,8 @@ pub use preview::Preview;
 use super::map::OnSurface;
 use super::strays::strays;
 use super::{
-    ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Likeness, Posterior, Surface,
-    SurfaceImport, Weights,
+    ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Likeness, NO_NODE, Posterior,
+    Surface, SurfaceImport, Weights,
 };
 use crate::labels::{ClassId, Label, LabelSet, ObjectId, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::{Camera, Scene};
@@ -98,6 +98,43 @@ impl LabelPropagation {
     /// Replaces the labels; only what changed is computed. Imported images are added by
     /// [`LabelPropagation::set_import`]; here they are only removed.
     pub fn set_labels(&mut self, scene: &Scene, labels: &LabelSet) {
+        if let Some(changed) = self.spread(scene, labels) {
+            self.update(&changed);
+        }
+    }
+
+    /// The same, and tells the map of a frame as soon as what it shows is known, before the rest of the scene is. That map
+    /// has no [surface](FrameMap::surface) yet. Nothing is told where all had to be computed, or where imported images
+    /// count: they are read across frames.
+    pub fn set_labels_seen_in(
+        &mut self,
+        (scene, labels): (&Arc<Scene>, &LabelSet),
+        (frame, generation): (usize, u64),
+        tell: impl FnOnce(FrameMap),
+    ) {
+        let Some(changed) = self.spread(scene, labels) else {
+            return;
+        };
+        if self.import.is_some() {
+            self.update(&changed);
+            return;
+        }
+        let is_shown = self.shown_in(frame);
+        let (seen, others): (Vec<u32>, Vec<u32>) = changed.iter().partition(|&&node| is_shown[node as usize]);
+        self.update(&seen);
+        let mut map = self.on_surface(scene, frame, Arc::clone(&self.posterior));
+        map.is_whole = false;
+        tell(
+            FrameMap::on_surface((frame, generation), map)
+                .looked_up()
+                .into_owned(),
+        );
+        self.update(&others);
+    }
+
+    /// Spreads these labels in place of those before; returns the nodes whose classes then have to be updated, ascending,
+    /// or `None` where all of them are already.
+    fn spread(&mut self, scene: &Scene, labels: &LabelSet) -> Option<Vec<u32>> {
         let changed = changed_frames(&self.strokes, &labels.strokes);
         self.strokes.clone_from(&labels.strokes);
         for frame in changed {
@@ -141,13 +178,27 @@ impl LabelPropagation {
         let differs = looks_count.then(|| self.likeness.update(classes, &self.geodesics));
         if !same_votes {
             self.refresh();
-            return;
+            return None;
         }
-        let changed = self.changed(nearer, differs);
+        Some(self.changed(nearer, differs))
+    }
+
+    /// Computes the classes of these nodes anew.
+    fn update(&mut self, nodes: &[u32]) {
         // Earlier maps may still share the posterior: then it is copied, which costs little.
         let mut posterior = Arc::unwrap_or_clone(std::mem::take(&mut self.posterior));
-        posterior.update(&self.evidence(), &changed);
+        posterior.update(&self.evidence(), nodes);
         self.posterior = Arc::new(posterior);
+    }
+
+    /// Of each node, whether a frame shows it.
+    fn shown_in(&self, frame: usize) -> Vec<bool> {
+        let mut is_shown = vec![false; self.surface.graph.len()];
+        let shown = self.surface.nodes_of(frame);
+        for (node, _) in shown.runs().filter(|&(node, _)| node != NO_NODE) {
+            is_shown[node as usize] = true;
+        }
+        is_shown
     }
 
     /// The nodes of which something else is known, ascending: those with other distances, and where looks count those
@@ -229,6 +280,7 @@ impl LabelPropagation {
             posterior,
             unknown,
             import: self.import.clone(),
+            is_whole: true,
             painted: painted.map(|(&pixel, &said)| (pixel, self.label(said))).collect(),
         }
     }

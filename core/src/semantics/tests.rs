@@ -7,7 +7,7 @@ use super::*;
 use crate::field::{Preset, Sampling, Trainer, frame_rays};
 use crate::labels::testing::{clicked, import_plain};
 use crate::labels::{ClassId, History, ImportedMap, LabelSet, Stroke, Trust, VOID, rasterise};
-use crate::scene::testing::{hide, wall};
+use crate::scene::testing::{hide, wall, without_depth};
 use crate::scene::{DepthMap, Scene};
 
 /// The classes of a wall, without labels.
@@ -53,6 +53,27 @@ fn labels_that_follow_others_spread_like_new_ones() {
     }
     while history.undo().is_some() {
         follow(history.labels());
+    }
+}
+
+#[test]
+fn what_a_frame_shows_is_told_before_the_rest_of_the_scene_follows_and_stays() {
+    for scene in [wall(5, 64, 48), without_depth(wall(5, 64, 48))] {
+        let scene = Arc::new(scene);
+        let mut history = clicked(&["dark", "bright"], &[(0, 1, [10, 20])]);
+        let mut propagation = propagated(&Arc::new(wall(5, 64, 48)), history.labels());
+        let mut in_turn = propagation.clone();
+        for (frame, class, pixel) in [(4, 2, [50, 30]), (0, 1, [25, 30]), (1, 2, [28, 8])] {
+            history.add_stroke(Stroke::click(frame, class, pixel));
+            let (said, mut told) = ((&scene, history.labels()), None);
+            propagation.set_labels_seen_in(said, (2, 7), |map| told = Some(map));
+            in_turn.set_labels(&scene, history.labels());
+            assert!(propagation.posterior() == in_turn.posterior());
+            let (told, then) = (told.unwrap(), in_turn.map(&scene, 2, 7));
+            assert!(told.surface().is_none() && told.is_looked_up());
+            assert_eq!(told.labels(), then.labels());
+            assert_eq!(told.entropy(), then.entropy());
+        }
     }
 }
 

@@ -158,8 +158,11 @@ impl Worker<'_> {
                 self.labels_changed();
                 self.checking.start_anew();
                 if let Some(propagation) = &mut self.propagation {
+                    let said = (&self.scene, &self.labels);
                     timed(&mut self.seconds.semantics, || {
-                        propagation.set_labels(&self.scene, &self.labels);
+                        propagation.set_labels_seen_in(said, (self.view, generation), |map| {
+                            self.outbox.publish(map);
+                        });
                     });
                     self.refresh_all();
                 }

@@ -6,7 +6,7 @@ use super::LabelPropagation;
 use crate::labels::{Run, Stroke, VOID, pixels_of};
 use crate::scene::Scene;
 use crate::semantics::strays::strays;
-use crate::semantics::{Evidence, FrameMap, NO_NODE, Posterior};
+use crate::semantics::{Evidence, FrameMap, Posterior};
 
 /// What a stroke would win on its frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,11 +75,7 @@ impl LabelPropagation {
             likeness: differs.is_some().then_some(&likeness),
             ..self.evidence()
         };
-        let mut is_shown = vec![false; self.surface.graph.len()];
-        let shown = self.surface.nodes_of(stroke.frame);
-        for (node, _) in shown.runs().filter(|&(node, _)| node != NO_NODE) {
-            is_shown[node as usize] = true;
-        }
+        let is_shown = self.shown_in(stroke.frame);
         let mut changed = self.changed(nearer, differs);
         changed.retain(|&node| is_shown[node as usize]);
         let mut posterior = Posterior::clone(&self.posterior);
