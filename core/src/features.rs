@@ -209,9 +209,6 @@ fn planes(image: &ColorImage) -> Planes {
             .pixels()
             .map(move |pixel| f32::from(pixel[channel]) / 255.0)
     };
-    Planes {
-        height: height as usize,
-        width: width as usize,
-        values: (0..3).flat_map(channel).collect(),
-    }
+    let values = (0..3).flat_map(channel).collect();
+    Planes::new(height as usize, width as usize, values)
 }

@@ -54,6 +54,14 @@ pub struct LabelSet {
 }
 
 impl LabelSet {
+    /// These classes, of which nothing is labelled yet.
+    pub fn of_classes(classes: Vec<Class>) -> Self {
+        Self {
+            classes,
+            ..Self::default()
+        }
+    }
+
     /// Whether anything is said about any pixel.
     pub fn says_anything(&self) -> bool {
         !self.strokes.is_empty() || self.imported.is_some()

@@ -38,12 +38,7 @@ static ALLOCATOR: Counting = Counting;
 
 /// A small demo room.
 fn room(depth: bool) -> Scene {
-    let shot = Shot {
-        rooms: 1,
-        frames: 8,
-        width: 32,
-        height: 24,
-    };
+    let shot = Shot::new(8, [32, 24]);
     let mut scene = shot.scene(&|_, _| {});
     if !depth {
         scene.frames.iter_mut().for_each(|frame| frame.set_depth(None));

@@ -13,12 +13,7 @@ use inplace_lab::ConfusionMatrix;
 use serde_json::Value;
 
 /// The beginning of the demo, in small images.
-const SHOT: demo::Shot = demo::Shot {
-    rooms: 1,
-    frames: 20,
-    width: 64,
-    height: 48,
-};
+const SHOT: demo::Shot = demo::Shot::new(20, [64, 48]);
 /// Frames of the shot from one to the next.
 const STEP: usize = 2;
 /// Clicks of each class.
@@ -98,10 +93,7 @@ impl Small {
                 }
             }
         }
-        let mut history = History::new(LabelSet {
-            classes: self.classes.clone(),
-            ..LabelSet::default()
-        });
+        let mut history = History::new(LabelSet::of_classes(self.classes.clone()));
         for mut of_class in candidates.into_values() {
             of_class.sort_by_key(|(inside, _)| std::cmp::Reverse(*inside));
             let mut frames = Vec::new();

@@ -97,10 +97,7 @@ pub fn contents([width, height]: [u32; 2]) -> Contents {
         depth: true,
         frames: (0..4).map(frame).collect(),
     };
-    let labels = LabelSet {
-        classes: vec![Class::new(1, "wall"), Class::new(2, "floor")],
-        ..LabelSet::default()
-    };
+    let labels = LabelSet::of_classes(vec![Class::new(1, "wall"), Class::new(2, "floor")]);
     Contents::new(scene, History::new(labels))
 }
 

@@ -24,12 +24,7 @@ struct Room {
 }
 
 static ROOM: LazyLock<Room> = LazyLock::new(|| {
-    let capture = Small::of(demo::Shot {
-        rooms: 1,
-        frames: FRAMES,
-        width: WIDTH as u32,
-        height: HEIGHT as u32,
-    });
+    let capture = Small::of(demo::Shot::new(FRAMES, [WIDTH as u32, HEIGHT as u32]));
     let surface = Arc::new(Surface::build(&capture.scene, &[], 5.0).unwrap());
     Room { capture, surface }
 });
@@ -40,10 +35,7 @@ impl Room {
         let Small { scene, classes, .. } = &self.capture;
         let images = read_label_images(folder, scene, classes, trust).unwrap();
         assert_eq!((images.labels.maps.len(), images.unmatched), (FRAMES, 0));
-        let mut history = History::new(LabelSet {
-            classes: classes.clone(),
-            ..LabelSet::default()
-        });
+        let mut history = History::new(LabelSet::of_classes(classes.clone()));
         history.import(images);
         let mut spread = LabelPropagation::new(Arc::clone(&self.surface));
         spread.set_labels(scene, history.labels());

@@ -29,11 +29,7 @@ fn labelled(scene: &Arc<Scene>, labels: &LabelSet) -> Vec<Arc<FrameMap>> {
 
 #[test]
 fn frames_that_are_no_keyframes_are_labelled_as_well_as_those_that_are() {
-    let shot = Shot {
-        width: 160,
-        height: 120,
-        ..Shot::default()
-    };
+    let shot = Shot::new(60, [160, 120]);
     let capture = Small::of(shot);
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("room");

@@ -46,10 +46,7 @@ pub(super) fn distant_wall(frames: usize, classes: &[Class]) -> (Arc<Scene>, Lab
     let mut scene = wall(frames, 64, 48);
     scene.origin = DVec3::new(8000.0, -250.0, 30.5);
     scene.unit = 3.28;
-    let mut history = History::new(LabelSet {
-        classes: classes.to_vec(),
-        ..LabelSet::default()
-    });
+    let mut history = History::new(LabelSet::of_classes(classes.to_vec()));
     history.add_stroke(Stroke::click(0, classes[0].id, [10, 20]));
     history.add_stroke(Stroke::click(0, classes[1].id, [50, 30]));
     let propagation = propagated(&scene, history.labels());

@@ -34,6 +34,16 @@ pub(super) struct Planes {
     pub values: Vec<f32>,
 }
 
+impl Planes {
+    pub fn new(height: usize, width: usize, values: Vec<f32>) -> Self {
+        Self {
+            height,
+            width,
+            values,
+        }
+    }
+}
+
 /// A convolution and the normalisation behind it, in torchvision's names.
 struct Layer {
     name: String,
@@ -162,11 +172,7 @@ impl Convolution {
             let (height, width) = (input.height, input.width);
             let pixels = Tensor::from_slice(&input.values, (inner, height * width), &Device::Cpu)?;
             let values = self.weight.reshape((out, inner))?.matmul(&pixels)?;
-            Planes {
-                height,
-                width,
-                values: values.flatten_all()?.to_vec1()?,
-            }
+            Planes::new(height, width, values.flatten_all()?.to_vec1()?)
         } else if inner == 1 {
             self.depthwise(input)?
         } else {
@@ -174,11 +180,7 @@ impl Convolution {
                 Tensor::from_slice(&input.values, (1, inner, input.height, input.width), &Device::Cpu)?;
             let values = image.conv2d(&self.weight, 1, self.stride, 1, 1)?;
             let (_, _, height, width) = values.dims4()?;
-            Planes {
-                height,
-                width,
-                values: values.flatten_all()?.to_vec1()?,
-            }
+            Planes::new(height, width, values.flatten_all()?.to_vec1()?)
         };
         let pixels = output.height * output.width;
         let (lowest, highest) = if self.is_active {
@@ -223,11 +225,7 @@ impl Convolution {
                 }
             }
         }
-        Ok(Planes {
-            height: rows,
-            width: columns,
-            values,
-        })
+        Ok(Planes::new(rows, columns, values))
     }
 }
 
@@ -300,13 +298,7 @@ pub(crate) mod tests {
                 stride,
                 is_active: false,
             };
-            let own = own
-                .apply(&Planes {
-                    height,
-                    width,
-                    values,
-                })
-                .unwrap();
+            let own = own.apply(&Planes::new(height, width, values)).unwrap();
             assert_eq!(expected.dims(), [1, 3, own.height, own.width]);
             assert_eq!(
                 expected.flatten_all().unwrap().to_vec1::<f32>().unwrap(),
@@ -321,11 +313,7 @@ pub(crate) mod tests {
         let path = folder.path().join("untrained.safetensors");
         write_untrained(&path);
         let network = Network::read(&path).unwrap();
-        let image = Planes {
-            height: 64,
-            width: 96,
-            values: vec![0.5; 3 * 64 * 96],
-        };
+        let image = Planes::new(64, 96, vec![0.5; 3 * 64 * 96]);
         let [fine, coarse] = network.run(image).unwrap();
         assert_eq!(
             (fine.height, fine.width, fine.values.len()),

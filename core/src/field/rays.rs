@@ -54,6 +54,19 @@ pub struct Sampling {
     pub jitter: Option<u64>,
 }
 
+impl Sampling {
+    /// This step in metres, so many samples in front of and around a known surface, and nothing held back.
+    pub fn new(step: f32, [free, near_surface]: [usize; 2], jitter: Option<u64>) -> Self {
+        Self {
+            step,
+            held_back: 0.0,
+            free,
+            near_surface,
+            jitter,
+        }
+    }
+}
+
 /// The samples of a batch of rays.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
@@ -311,13 +324,7 @@ mod tests {
     }
 
     fn sampling(seed: u64) -> Sampling {
-        Sampling {
-            step: 0.05,
-            held_back: 0.0,
-            free: 4,
-            near_surface: 8,
-            jitter: Some(seed),
-        }
+        Sampling::new(0.05, [4, 8], Some(seed))
     }
 
     #[test]

@@ -359,10 +359,7 @@ impl Reading<'_> {
         };
         let (size, numbers) = image(path, frame, LabelImage::numbers)?;
         let label = |(&number, &class): (&u16, &ClassId)| match (number, self.objects) {
-            (0, _) | (_, None) => Ok(Label {
-                class,
-                object: ObjectId::new(number).filter(|_| class != VOID),
-            }),
+            (0, _) | (_, None) => Ok(Label::new(class, ObjectId::new(number).filter(|_| class != VOID))),
             (_, Some(list)) => list.label(number).ok_or_else(|| {
                 let reason = format!("has the number {number}, which objects.json does not list");
                 ImportError::new(path, reason)

@@ -182,6 +182,11 @@ pub struct ImportedLabels {
 }
 
 impl ImportedLabels {
+    /// Images, at most one a frame, and how far they can be believed.
+    pub fn new(maps: Vec<ImportedMap>, trust: Trust) -> Self {
+        Self { maps, trust }
+    }
+
     /// The image of a frame.
     pub fn of_frame(&self, frame: usize) -> Option<&ImportedMap> {
         self.maps.iter().find(|map| map.frame == frame)
@@ -225,10 +230,7 @@ mod tests {
         let merged = map.relabelled(|label| if label.class == 3 { Label::from(300) } else { label });
         assert_eq!(merged.labels()[70_000..], [0, 0, 300, 300, 300]);
         assert_eq!(merged.objects(), None);
-        let chair = Label {
-            class: 7,
-            object: ObjectId::new(2),
-        };
+        let chair = Label::new(7, ObjectId::new(2));
         let told = ImportedMap::with_objects(0, &[Label::from(7), chair, chair, VOID.into()]);
         assert_eq!(told.labels(), [7, 7, 7, VOID]);
         assert_eq!(told.objects().unwrap(), [None, chair.object, chair.object, None]);

@@ -78,8 +78,15 @@ pub struct Label {
     pub object: Option<ObjectId>,
 }
 
+impl Label {
+    /// What says this class, and this object of it where it says which one.
+    pub fn new(class: ClassId, object: Option<ObjectId>) -> Self {
+        Self { class, object }
+    }
+}
+
 impl From<ClassId> for Label {
     fn from(class: ClassId) -> Self {
-        Self { class, object: None }
+        Self::new(class, None)
     }
 }

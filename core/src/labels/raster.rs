@@ -228,11 +228,7 @@ mod tests {
     use crate::labels::{History, StrokeKind};
 
     fn line(radius: u32, points: &[Pixel]) -> Stroke {
-        Stroke {
-            radius,
-            lines: vec![points.to_vec()],
-            ..Stroke::click(0, 1, [0, 0])
-        }
+        Stroke::drawn(0, 1, radius, vec![points.to_vec()])
     }
 
     #[test]

@@ -31,26 +31,26 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// A click on one pixel.
-    pub fn click(frame: usize, class: ClassId, pixel: Pixel) -> Self {
+    /// Polylines drawn with a brush of this radius in pixels; they name no object.
+    pub fn drawn(frame: usize, class: ClassId, radius: u32, lines: Vec<Vec<Pixel>>) -> Self {
         Self {
             frame,
             class,
             object: None,
-            radius: 0,
-            lines: vec![vec![pixel]],
+            radius,
+            lines,
         }
+    }
+
+    /// A click on one pixel.
+    pub fn click(frame: usize, class: ClassId, pixel: Pixel) -> Self {
+        Self::drawn(frame, class, 0, vec![vec![pixel]])
     }
 
     /// A filled polygon with these corners, as the runs of its pixels ([`polygon_runs`]).
     pub fn polygon(frame: usize, class: ClassId, corners: &[Pixel]) -> Self {
-        Self {
-            frame,
-            class,
-            object: None,
-            radius: 0,
-            lines: polygon_runs(corners).iter().map(Run::line).collect(),
-        }
+        let rows = polygon_runs(corners);
+        Self::drawn(frame, class, 0, rows.iter().map(Run::line).collect())
     }
 
     /// What it is for people; found by looking, so that parts of a polygon are one too.
@@ -121,10 +121,8 @@ mod tests {
     #[test]
     fn clicks_scribbles_and_polygons_are_told_apart() {
         use StrokeKind::{Click, Polygon, Scribble};
-        let drawn = |radius, lines: &[&[Pixel]]| Stroke {
-            radius,
-            lines: lines.iter().map(|line| line.to_vec()).collect(),
-            ..Stroke::click(0, 1, [0, 0])
+        let drawn = |radius, lines: &[&[Pixel]]| {
+            Stroke::drawn(0, 1, radius, lines.iter().map(|line| line.to_vec()).collect())
         };
         for (stroke, kind) in [
             (Stroke::click(0, 1, [3, 4]), Click),

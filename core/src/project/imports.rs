@@ -161,9 +161,8 @@ fn decoded(
             return Ok(ImportedMap::new(frame, &labels));
         };
         let objects = png::decode_gray_sized(objects, width, height)?;
-        let label = |(&class, &number): (&ClassId, &u16)| Label {
-            class,
-            object: ObjectId::new(number).filter(|_| class != VOID),
+        let label = |(&class, &number): (&ClassId, &u16)| {
+            Label::new(class, ObjectId::new(number).filter(|_| class != VOID))
         };
         let labels: Vec<Label> = labels.iter().zip(&objects).map(label).collect();
         return Ok(ImportedMap::with_objects(frame, &labels));

@@ -145,10 +145,7 @@ fn a_project_comes_back_as_it_was_is_open_once_and_undo_and_redo_go_on() {
 /// Label images of the frames a and c, the first of which shows an object.
 fn images(class: u16) -> LabelImages {
     let stool = object(9, class, "stool");
-    let label = Label {
-        class,
-        object: Some(stool.id),
-    };
+    let label = Label::new(class, Some(stool.id));
     let maps = vec![
         ImportedMap::with_objects(
             0,
@@ -237,10 +234,7 @@ fn a_full_disk_is_a_sentence_and_leaves_the_file_as_it_was() {
         project.connection.query_row(&pragma, [], |_| Ok(())).unwrap();
     };
     limit(&project, 1);
-    let scribble = Stroke {
-        lines: vec![(0..5000).map(|x| [x, x]).collect()],
-        ..Stroke::click(0, 1, [0, 0])
-    };
+    let scribble = Stroke::drawn(0, 1, 0, vec![(0..5000).map(|x| [x, x]).collect()]);
     let edit = contents.history.add_stroke(scribble);
     let error = project.record(&[Step::Do(edit)]).unwrap_err().to_string();
     assert!(error.contains("the disk is full"), "{error}");

@@ -57,16 +57,21 @@ pub struct Shot {
 impl Default for Shot {
     /// The demo: 60 frames of 320 x 240 in one room.
     fn default() -> Self {
-        Self {
-            rooms: 1,
-            frames: path::FRAMES,
-            width: 320,
-            height: 240,
-        }
+        Self::new(path::FRAMES, [320, 240])
     }
 }
 
 impl Shot {
+    /// So many frames of this width and height, of one room.
+    pub const fn new(frames: usize, [width, height]: [u32; 2]) -> Self {
+        Self {
+            rooms: 1,
+            frames,
+            width,
+            height,
+        }
+    }
+
     fn camera(&self) -> Camera {
         Camera::with_horizontal_fov(self.width, self.height, FIELD_OF_VIEW)
     }

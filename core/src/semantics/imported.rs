@@ -204,10 +204,7 @@ mod tests {
             let grid = Probabilities::new([32, 24], [64, 48], vec![cell; 32 * 24]).unwrap();
             ImportedMap::of_probabilities(frame, grid)
         });
-        let said = ImportedLabels {
-            maps: maps.collect(),
-            trust: Trust::VOTES,
-        };
+        let said = ImportedLabels::new(maps.collect(), Trust::VOTES);
         let votes = NodeVotes::count(&surface, &[1, 2], &said);
         let expected = 0.75_f32.powi(2) + 0.25_f32.powi(2);
         let agreement = votes.agreement();

@@ -361,10 +361,7 @@ mod tests {
             pixels: vec![Arc::new(NodeMap::pack(width, shown))],
             ..loose(nodes.collect(), 0.1)
         };
-        let images = ImportedLabels {
-            maps: vec![ImportedMap::new(0, said)],
-            trust: Trust::VOTES,
-        };
+        let images = ImportedLabels::new(vec![ImportedMap::new(0, said)], Trust::VOTES);
         let labels = LabelSet {
             classes: [4, 5].map(|id| Class::new(id, id.to_string())).into(),
             imported: Some(Arc::new(images)),

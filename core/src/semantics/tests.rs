@@ -4,11 +4,12 @@ use glam::{Affine3A, Quat, Vec3};
 
 use super::testing::{propagated, surface, truth};
 use super::*;
-use crate::field::{Preset, Sampling, Trainer, frame_rays};
+use crate::field::{Preset, Trainer, frame_rays};
 use crate::labels::testing::{clicked, import_plain};
 use crate::labels::{ClassId, History, ImportedMap, LabelSet, Stroke, Trust, VOID, rasterise};
 use crate::scene::testing::{hide, wall, without_depth};
 use crate::scene::{DepthMap, Scene};
+use crate::session::sampling;
 
 /// The classes of a wall, without labels.
 fn halves() -> History {
@@ -89,16 +90,6 @@ fn the_order_of_the_class_list_changes_nothing() {
     assert!(before == (propagation.classes().to_vec(), propagation.posterior().clone()));
 }
 
-fn sampling(trainer: &Trainer) -> Sampling {
-    Sampling {
-        step: trainer.render_step(),
-        held_back: 0.0,
-        free: 2,
-        near_surface: 8,
-        jitter: None,
-    }
-}
-
 /// Asserts that a semantic field labels a view that no frame shows.
 fn labels_an_unseen_view(scene: &Scene, trainer: &Trainer, semantics: &SemanticField) {
     let (field, occupancy) = (trainer.field(), trainer.occupancy());
@@ -108,7 +99,7 @@ fn labels_an_unseen_view(scene: &Scene, trainer: &Trainer, semantics: &SemanticF
     view.camera_to_world = Affine3A::from_rotation_translation(turn, Vec3::new(-0.1, 0.15, 0.3));
     let (camera, rays) = frame_rays(&view, 1);
     let probabilities = semantics
-        .along_rays(field, occupancy, &rays, sampling(trainer))
+        .along_rays(field, occupancy, &rays, sampling(trainer, None))
         .unwrap();
     let (mut right, mut counted) = (0, 0);
     for (ray, p) in rays.iter().zip(probabilities.chunks_exact(2)) {
@@ -223,11 +214,7 @@ fn a_scribble_that_slips_over_an_edge_keeps_its_pixels_and_spreads_from_the_rest
     let scene = Arc::new(wall(5, 64, 48));
     let scribbled = |end: u32| {
         let mut history = halves();
-        history.add_stroke(Stroke {
-            lines: vec![vec![[8, 20], [end, 20]]],
-            radius: 1,
-            ..Stroke::click(2, 1, [8, 20])
-        });
+        history.add_stroke(Stroke::drawn(2, 1, 1, vec![vec![[8, 20], [end, 20]]]));
         history.add_stroke(Stroke::click(2, 2, [58, 40]));
         let map = propagated(&scene, history.labels()).map(&scene, 2, 1);
         (history, map)
@@ -287,7 +274,7 @@ fn both_parts_of_a_semantic_field_label_a_view_that_no_frame_shows() {
             };
             assert!(rays.rays.iter().all(|ray| ray.length.is_none()));
             semantics
-                .step(part, (field, occupancy), &soft, &rays, sampling(&trainer))
+                .step(part, (field, occupancy), &soft, &rays, sampling(&trainer, None))
                 .unwrap();
         }
         labels_an_unseen_view(&scene, &trainer, &semantics);

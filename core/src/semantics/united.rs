@@ -290,10 +290,7 @@ mod tests {
         };
         let map = |frame: usize| {
             let halves = truth(&scene, frame).into_iter().enumerate();
-            let label = |(pixel, half)| Label {
-                class: 1,
-                object: ObjectId::new(said(frame, half, pixel / 64)),
-            };
+            let label = |(pixel, half)| Label::new(1, ObjectId::new(said(frame, half, pixel / 64)));
             ImportedMap::with_objects(frame, &halves.map(label).collect::<Vec<_>>())
         };
         let images = label_images((0..5).map(map).collect(), Trust::VOTES);

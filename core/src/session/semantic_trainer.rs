@@ -221,11 +221,5 @@ pub(super) fn restored(saved: &HashMap<String, Tensor>, trainer: &Trainer) -> Op
 
 /// How rays are sampled when the semantic field is trained or rendered; jittered where there is a seed.
 pub fn sampling(trainer: &Trainer, jitter: Option<u64>) -> Sampling {
-    Sampling {
-        step: trainer.render_step(),
-        held_back: 0.0,
-        free: 2,
-        near_surface: 8,
-        jitter,
-    }
+    Sampling::new(trainer.render_step(), [2, 8], jitter)
 }

@@ -265,10 +265,7 @@ fn the_surface_knows_what_a_pretrained_network_sees_and_a_file_of_something_else
         })
     };
     let image = ImportedMap::new(4, &[1; 64 * 48]);
-    let imported = ImportedLabels {
-        maps: vec![image],
-        trust: Trust::new(0.5).unwrap(),
-    };
+    let imported = ImportedLabels::new(vec![image], Trust::new(0.5).unwrap());
     for imported in [None, Some(Arc::new(imported))] {
         let mut client = with(&network);
         let clicks = two_clicks().labels().clone();

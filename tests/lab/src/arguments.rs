@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 use inplace_core::arguments::{ReadingArguments, TrainingArguments, Wanted, image_size, number, seconds};
 use inplace_core::field::Preset;
@@ -72,7 +73,7 @@ pub struct SimulateArguments {
         value_name = "NAME,...",
         value_delimiter = ',',
         default_value = "guided",
-        value_parser = policy
+        hide_possible_values = true
     )]
     pub policies: Vec<Policy>,
     /// Clicks a class, in the whole scene, after which the maps are measured.
@@ -100,7 +101,7 @@ pub struct SimulateArguments {
         num_args = 0..=1,
         require_equals = true,
         default_missing_values = Baseline::ALL.map(Baseline::name),
-        value_parser = baseline
+        hide_possible_values = true
     )]
     pub baselines: Vec<Baseline>,
     /// Click on objects in place of classes, as many times on each, and measure the objects of the maps: of the demo or a
@@ -228,7 +229,7 @@ pub struct PaperArguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 120.0, value_parser = seconds)]
     pub seconds: f64,
     /// Only these experiments, by their names in the results [default: all].
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = experiment)]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = experiments(), hide_possible_values = true)]
     pub experiments: Vec<String>,
     /// What is measured, and how.
     #[command(flatten)]
@@ -285,7 +286,7 @@ pub struct ScaleArguments {
         value_name = "NAME,...",
         value_delimiter = ',',
         default_value = "frames,size,rooms,classes,strokes",
-        value_parser = sweep
+        hide_possible_values = true
     )]
     pub sweeps: Vec<Sweep>,
     /// Numbers of frames.
@@ -327,7 +328,7 @@ pub struct StabilityArguments {
     #[arg(default_value = "demo")]
     pub scenes: Vec<PathBuf>,
     /// Only these conditions, by their names in the results [default: all].
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = condition)]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = condition_names(), hide_possible_values = true)]
     pub conditions: Vec<String>,
     /// Only the conditions of the short form, which takes minutes.
     #[arg(long, conflicts_with = "conditions")]
@@ -414,59 +415,17 @@ pub struct ParetoArguments {
     pub run: Option<usize>,
 }
 
-/// The one of these with a name; otherwise a sentence that says what there is.
-fn by_name<T: Copy>(
-    all: &[T],
-    name_of: impl Fn(T) -> &'static str,
-    name: &str,
-    advice: &str,
-) -> Result<T, String> {
-    let named = all.iter().copied().find(|&one| name_of(one) == name);
-    named.ok_or_else(|| advice.to_owned())
-}
-
-fn policy(name: &str) -> Result<Policy, String> {
-    by_name(
-        &Policy::ALL,
-        Policy::name,
-        name,
-        "use guided, random, uniform or own",
-    )
-}
-
-fn baseline(name: &str) -> Result<Baseline, String> {
-    by_name(
-        &Baseline::ALL,
-        Baseline::name,
-        name,
-        "use nearest, joint-mlp or pixels",
-    )
-}
-
-fn sweep(name: &str) -> Result<Sweep, String> {
-    let advice = format!("use some of {}", Sweep::ALL.map(Sweep::name).join(", "));
-    by_name(&Sweep::ALL, Sweep::name, name, &advice)
-}
-
 fn seconds_or_none(text: &str) -> Result<f64, Wanted> {
     let fits = |seconds: &f64| (0.0..1e9).contains(seconds);
     number(text, fits, "give a number of seconds, zero or above")
 }
 
-/// One of these names; otherwise all of them.
-fn among(name: &str, names: impl Iterator<Item = &'static str>) -> Result<String, String> {
-    let names: Vec<&str> = names.collect();
-    let advice = format!("use some of {}", names.join(", "));
-    by_name(&names, |own| own, name, &advice).map(str::to_owned)
+fn experiments() -> PossibleValuesParser {
+    EXPERIMENTS.iter().map(|(name, ..)| *name).chain([FUSION]).into()
 }
 
-fn experiment(name: &str) -> Result<String, String> {
-    let names = EXPERIMENTS.iter().map(|experiment| experiment.name);
-    among(name, names.chain([FUSION]))
-}
-
-fn condition(name: &str) -> Result<String, String> {
-    among(name, conditions().iter().map(|condition| condition.name))
+fn condition_names() -> PossibleValuesParser {
+    conditions().into_iter().map(|condition| condition.name).into()
 }
 
 fn per_cent(text: &str) -> Result<f64, Wanted> {

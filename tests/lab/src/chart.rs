@@ -21,8 +21,8 @@ pub struct Figure {
     pub title: String,
     /// One line of conditions: machine, threads, seeds.
     pub subtitle: String,
-    /// The panels, row by row; all have the same size.
-    pub rows: Vec<Vec<Panel>>,
+    /// The panels, two in a row; all have the same size.
+    pub panels: Vec<Panel>,
 }
 
 /// Lines with markers, named at their right end. Values that are not finite (or not positive, on a logarithmic axis) are
@@ -150,14 +150,15 @@ impl Figure {
     pub fn svg(&self) -> String {
         const MARGIN: f64 = 24.0;
         const GAP: f64 = 28.0;
-        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        const COLUMNS: usize = 2;
+        let columns = self.panels.len().clamp(1, COLUMNS);
         // A single panel is no narrower than a line of conditions.
         let narrowest = if columns == 1 { 640.0 } else { panel::WIDTH };
         let inside = columns as f64 * (narrowest + GAP) - GAP;
         let width = 2.0 * MARGIN + inside;
         let subtitle = svg::wrapped(&self.subtitle, 12.0, inside);
         let top = MARGIN + 18.0 + 16.0 * subtitle.len() as f64 + 18.0;
-        let body = self.rows.len() as f64 * (panel::HEIGHT + GAP);
+        let body = self.panels.len().div_ceil(columns) as f64 * (panel::HEIGHT + GAP);
         let height = top + (body - GAP).max(0.0) + MARGIN;
 
         let mut out = Svg::new(width, height, &self.title, &self.subtitle);
@@ -166,13 +167,10 @@ impl Figure {
             out.text("muted", MARGIN, MARGIN + 34.0 + 16.0 * line as f64, text);
         }
         let panel_width = (inside + GAP) / columns as f64 - GAP;
-        let mut y = top;
-        for row in &self.rows {
-            for (column, panel) in row.iter().enumerate() {
-                let x = MARGIN + column as f64 * (panel_width + GAP);
-                panel::draw(&mut out, panel, (x, y), panel_width);
-            }
-            y += panel::HEIGHT + GAP;
+        for (index, panel) in self.panels.iter().enumerate() {
+            let x = MARGIN + (index % columns) as f64 * (panel_width + GAP);
+            let y = top + (index / columns) as f64 * (panel::HEIGHT + GAP);
+            panel::draw(&mut out, panel, (x, y), panel_width);
         }
         out.finish()
     }

@@ -28,7 +28,7 @@ const SAMPLES: usize = 48 * 1024;
 /// Sizes of the hash table that the engine is measured with.
 const TABLES: [u32; 2] = [17, 19];
 /// The name of the way that the others are compared with.
-const PLAIN: &str = "candle";
+pub const PLAIN: &str = "candle";
 
 /// The speed of one way to compute the field.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -99,7 +99,7 @@ fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<Pat
 fn name(path: &Backend) -> String {
     match path {
         Backend::Fused(dispatch) => format!("fused-{dispatch}"),
-        Backend::Plain(_) => "candle".to_owned(),
+        Backend::Plain(_) => PLAIN.to_owned(),
     }
 }
 
@@ -199,13 +199,7 @@ fn random_samples(volume: &Volume) -> Samples {
         }
     };
     let rays: Vec<Ray> = (0..SAMPLES / 16).map(ray).collect();
-    let sampling = Sampling {
-        step: 0.02,
-        held_back: 0.0,
-        free: 6,
-        near_surface: 10,
-        jitter: Some(1),
-    };
+    let sampling = Sampling::new(0.02, [6, 10], Some(1));
     Samples::along(&rays, volume, &OccupancyGrid::unknown(0.02), sampling)
 }
 

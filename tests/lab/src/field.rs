@@ -245,10 +245,7 @@ fn taught_by_noise(
         pixel_noise(&mut labels, &classes, share, &mut rng);
         ImportedMap::new(frame, &labels)
     };
-    let labels = ImportedLabels {
-        maps: truth.train.par_iter().map(noisy).collect(),
-        trust: Trust::VOTES,
-    };
+    let labels = ImportedLabels::new(truth.train.par_iter().map(noisy).collect(), Trust::VOTES);
     let kind = format!("{:.0}% pixel noise", 100.0 * share);
     let measured = Measured::new(arguments.stride, options.seed, scene, truth, kind);
     let votes = NodeVotes::count(surface, &classes, &labels);

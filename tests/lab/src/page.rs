@@ -176,6 +176,12 @@ impl<'a> Mean<'a> {
     }
 }
 
+/// Whether a cell is of numbers alone, such as `0.74 (0.5 to 0.8)` and `25.6 / 41`, or of nothing.
+fn is_number(cell: &str) -> bool {
+    let mut words = cell.split([' ', '(', ')', '%']);
+    words.all(|word| ["", "-", "/", "to"].contains(&word) || word.parse::<f64>().is_ok())
+}
+
 /// How the cells of a column are set.
 struct Column {
     width: usize,
@@ -186,11 +192,9 @@ impl Column {
     fn of(at: usize, header: &[String], rows: &[Vec<String>]) -> Self {
         let cells = || rows.iter().filter_map(|row| row.get(at));
         let width = cells().chain(header.get(at)).map(|cell| cell.chars().count());
-        let is_number =
-            |cell: &String| cell.starts_with(|first: char| first.is_ascii_digit() || "-+".contains(first));
         Self {
             width: width.max().filter(|&width| width <= WIDEST).unwrap_or(0).max(2),
-            is_number: cells().all(|cell| cell.is_empty() || is_number(cell)),
+            is_number: cells().all(|cell| is_number(cell)),
         }
     }
 
@@ -217,14 +221,17 @@ mod tests {
         let mut page = Page::default();
         page.paragraph("Of two scenes.");
         let row = |name: &str, value: &str| vec![name.to_owned(), value.to_owned()];
-        page.table("scene | mIoU", &[row("demo", "0.5"), row("room", "-")]);
+        page.table(
+            "frames | mIoU",
+            &[row("60 of 8 x 6", "0.5 (0.4 to 0.6)"), row("9 of 8 x 6", "-")],
+        );
         assert_eq!(
             page.as_str(),
             "Of two scenes.\n\n\
-             | scene | mIoU |\n\
-             |-------|-----:|\n\
-             | demo  |  0.5 |\n\
-             | room  |    - |\n"
+             | frames      |             mIoU |\n\
+             |-------------|-----------------:|\n\
+             | 60 of 8 x 6 | 0.5 (0.4 to 0.6) |\n\
+             | 9 of 8 x 6  |                - |\n"
         );
         page.table("nothing", &[]);
         assert!(!page.as_str().contains("nothing"));

@@ -47,71 +47,37 @@ pub enum Recipe {
     Grown(f64),
 }
 
-/// The frames whose maps are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Evaluated {
-    /// Those that the labels are on, against their clean labels.
-    Train,
-    /// The others.
-    Test,
-}
-
-/// An experiment and what the paper reports of it (Replica, 200,000 steps).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PaperExperiment {
-    /// Its name in the results.
-    pub name: &'static str,
-    /// What is done to the labels.
-    pub recipe: Recipe,
-    /// Where the result is measured.
-    pub evaluated: Evaluated,
-    /// The paper's mIoU, where it gives a number.
-    pub paper_miou: Option<f64>,
-}
-
-/// Measured on the frames with the labels where the paper did so, with this mIoU.
-const fn on(
-    evaluated: Evaluated,
-    name: &'static str,
-    recipe: Recipe,
-    paper_miou: Option<f64>,
-) -> PaperExperiment {
-    PaperExperiment {
-        name,
-        recipe,
-        evaluated,
-        paper_miou,
-    }
-}
+/// An experiment of the paper (Replica, 200,000 steps): its name in the results, what is done to the labels, and the
+/// paper's mIoU, where it gives a number.
+pub type Experiment = (&'static str, Recipe, Option<f64>);
 
 /// The experiments of Figure 4 and Tables 1 to 3; Table 4 is [`FUSION`]. The two frames are evenly spaced, the
 /// paper's chosen by hand.
-pub const EXPERIMENTS: [PaperExperiment; 20] = {
-    use Evaluated::{Test, Train};
+pub const EXPERIMENTS: [Experiment; 20] = {
     use Flipped::{Even, Smallest};
     use Recipe::{Clicks, Coarse, Frames, Grid, Grown, PixelNoise, RegionNoise, ShareOfFrames};
 
     [
-        on(Test, "frames-100%", ShareOfFrames(1.0), None),
-        on(Test, "frames-50%", ShareOfFrames(0.5), None),
-        on(Test, "frames-10%", ShareOfFrames(0.1), None),
-        on(Test, "frames-2", Frames(2), None),
-        on(Train, "pixel-noise-50%", PixelNoise(0.5), Some(0.951)),
-        on(Train, "pixel-noise-90%", PixelNoise(0.9), Some(0.877)),
-        on(Train, "region-sort-30%", RegionNoise(Smallest, 0.3), Some(0.895)),
-        on(Train, "region-sort-40%", RegionNoise(Smallest, 0.4), Some(0.893)),
-        on(Train, "region-sort-50%", RegionNoise(Smallest, 0.5), Some(0.803)),
-        on(Train, "region-even-30%", RegionNoise(Even, 0.3), Some(0.796)),
-        on(Train, "region-even-40%", RegionNoise(Even, 0.4), Some(0.747)),
-        on(Train, "region-even-50%", RegionNoise(Even, 0.5), Some(0.733)),
-        on(Train, "dense-8", Coarse(8), Some(0.610)),
-        on(Train, "dense-16", Coarse(16), Some(0.433)),
-        on(Train, "sparse-8", Grid(8), Some(0.887)),
-        on(Train, "sparse-16", Grid(16), Some(0.800)),
-        on(Test, "click", Clicks, Some(0.602)),
-        on(Test, "grown-1%", Grown(0.01), Some(0.706)),
-        on(Test, "grown-5%", Grown(0.05), Some(0.836)),
-        on(Test, "grown-10%", Grown(0.1), Some(0.884)),
+        ("frames-100%", ShareOfFrames(1.0), None),
+        ("frames-50%", ShareOfFrames(0.5), None),
+        ("frames-10%", ShareOfFrames(0.1), None),
+        ("frames-2", Frames(2), None),
+        ("pixel-noise-50%", PixelNoise(0.5), Some(0.951)),
+        ("pixel-noise-90%", PixelNoise(0.9), Some(0.877)),
+        ("region-sort-30%", RegionNoise(Smallest, 0.3), Some(0.895)),
+        ("region-sort-40%", RegionNoise(Smallest, 0.4), Some(0.893)),
+        ("region-sort-50%", RegionNoise(Smallest, 0.5), Some(0.803)),
+        ("region-even-30%", RegionNoise(Even, 0.3), Some(0.796)),
+        ("region-even-40%", RegionNoise(Even, 0.4), Some(0.747)),
+        ("region-even-50%", RegionNoise(Even, 0.5), Some(0.733)),
+        ("dense-8", Coarse(8), Some(0.610)),
+        ("dense-16", Coarse(16), Some(0.433)),
+        ("sparse-8", Grid(8), Some(0.887)),
+        ("sparse-16", Grid(16), Some(0.800)),
+        ("click", Clicks, Some(0.602)),
+        ("grown-1%", Grown(0.01), Some(0.706)),
+        ("grown-5%", Grown(0.05), Some(0.836)),
+        ("grown-10%", Grown(0.1), Some(0.884)),
     ]
 };
 
@@ -204,17 +170,14 @@ pub fn paper_experiments(
     };
     let chosen = &arguments.experiments;
     let wanted = |name: &str| chosen.is_empty() || chosen.iter().any(|own| own == name);
-    let all = ImportedLabels {
-        maps: clean.clone(),
-        trust: Trust::RIGHT,
-    };
+    let all = ImportedLabels::new(clean.clone(), Trust::RIGHT);
     let objects = Objects::find(&surface, &classes, &all);
     let mut points = Vec::new();
-    for experiment in EXPERIMENTS.into_iter().filter(|one| wanted(one.name)) {
-        progress(experiment.name);
-        let labels = spoilt(&clean, scene, &classes, &objects, experiment.recipe, seed);
+    for (name, recipe, paper_miou) in EXPERIMENTS.into_iter().filter(|(name, ..)| wanted(name)) {
+        progress(name);
+        let labels = spoilt(&clean, scene, &classes, &objects, recipe, seed);
         let input = |frame: usize| {
-            let own = labels.maps.iter().find(|map| map.frame == frame);
+            let own = labels.of_frame(frame);
             let size = scene.frames[frame].camera.pixels();
             own.map_or_else(|| vec![0; size], ImportedMap::labels)
         };
@@ -223,13 +186,15 @@ pub fn paper_experiments(
         let start = Instant::now();
         let spread = spread(scene, &surface, &classes, labels);
         let wall_s = found.surface_s + start.elapsed().as_secs_f64();
-        let frames = match experiment.evaluated {
-            Evaluated::Train => &truth.train,
-            Evaluated::Test => &truth.test,
+        use Recipe::{Coarse, Grid, PixelNoise, RegionNoise};
+        // As in the paper: noisy, coarse and sparse labels in their own frames, the rest in the others.
+        let frames = match recipe {
+            PixelNoise(_) | RegionNoise(..) | Coarse(_) | Grid(_) => &truth.train,
+            _ => &truth.test,
         };
         let map = |frame| spread.map(scene, frame, 0).labels().into_owned();
         let scores = truth.scores(frames, |frame| in_image(frame, map(frame)))?;
-        points.push(found.point(experiment.name, scores, input.miou, wall_s, experiment.paper_miou));
+        points.push(found.point(name, scores, input.miou, wall_s, paper_miou));
     }
     if wanted(FUSION) {
         progress(FUSION);

@@ -8,6 +8,7 @@ mod tests;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
+use clap::ValueEnum;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -27,7 +28,7 @@ pub use strokes::scattered;
 const STEEP: f64 = 1.2;
 
 /// What is varied while everything else stays as it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Sweep {
     /// Number of frames.
@@ -128,15 +129,6 @@ impl Exponent {
 }
 
 impl Sweep {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Frames,
-        Self::Size,
-        Self::Rooms,
-        Self::Classes,
-        Self::Strokes,
-    ];
-
     /// Its name on the command line and in the results.
     pub fn name(self) -> &'static str {
         match self {
@@ -180,29 +172,23 @@ impl Sweep {
     }
 }
 
-impl Setting {
-    /// How much there is of what a sweep varies; pixels of a frame in millions.
-    pub fn of(&self, sweep: Sweep) -> f64 {
-        match sweep {
-            Sweep::Frames => self.frames as f64,
-            Sweep::Size => f64::from(self.width) * f64::from(self.height) / 1e6,
-            Sweep::Rooms => self.rooms as f64,
-            Sweep::Classes => self.classes as f64,
-            Sweep::Strokes => self.strokes as f64,
-        }
-    }
-}
-
 impl Measured {
-    /// How much there is of what is varied in its sweep.
+    /// How much there is of what is varied in its sweep; pixels of a frame in millions.
     pub fn value(&self) -> f64 {
-        self.setting.of(self.sweep)
+        let own = &self.setting;
+        match self.sweep {
+            Sweep::Frames => own.frames as f64,
+            Sweep::Size => f64::from(own.width) * f64::from(own.height) / 1e6,
+            Sweep::Rooms => own.rooms as f64,
+            Sweep::Classes => own.classes as f64,
+            Sweep::Strokes => own.strokes as f64,
+        }
     }
 }
 
 /// The exponent of each quantity in each sweep, where two values or more were measured.
 pub fn exponents(measured: &[Measured]) -> Vec<Exponent> {
-    let of_sweep = |sweep: Sweep| {
+    let of_sweep = |&sweep: &Sweep| {
         QUANTITIES.into_iter().filter_map(move |(quantity, of)| {
             let own = measured.iter().filter(|one| one.sweep == sweep);
             let fitted = fit(own.map(|one| (one.value(), of(&one.cost))).collect())?;
@@ -217,7 +203,7 @@ pub fn exponents(measured: &[Measured]) -> Vec<Exponent> {
             })
         })
     };
-    Sweep::ALL.into_iter().flat_map(of_sweep).collect()
+    Sweep::value_variants().iter().flat_map(of_sweep).collect()
 }
 
 /// Least squares over the upper half of the values, at least three of them where there are as many: what is the same for
@@ -362,10 +348,9 @@ fn short(value: f64) -> String {
 
 /// A panel of seconds for each sweep.
 fn figure(base: Setting, threads: usize, measured: &[Measured], exponents: &[Exponent]) -> Figure {
-    let swept = |sweep: &Sweep| measured.iter().any(|one| one.sweep == *sweep);
-    let sweeps: Vec<Sweep> = Sweep::ALL.into_iter().filter(swept).collect();
+    let swept = |sweep: &&Sweep| measured.iter().any(|one| one.sweep == **sweep);
     let panel = |&sweep: &Sweep| seconds(sweep, measured, exponents);
-    let panels: Vec<Panel> = sweeps.iter().map(panel).collect();
+    let panels = Sweep::value_variants().iter().filter(swept).map(panel).collect();
     Figure {
         title: "How cost grows".to_owned(),
         subtitle: format!(
@@ -380,7 +365,7 @@ fn figure(base: Setting, threads: usize, measured: &[Measured], exponents: &[Exp
             base.strokes,
             base.rooms
         ),
-        rows: panels.chunks(2).map(<[Panel]>::to_vec).collect(),
+        panels,
     }
 }
 
@@ -388,7 +373,7 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
     let series = QUANTITIES[..SECONDS].iter().map(|(quantity, of)| {
         let own = measured.iter().filter(|one| one.sweep == sweep);
         let points = ascending(own.map(|one| Point::new(one.value(), of(&one.cost))));
-        Series::new(named(quantity, sweep, quantity, exponents), points)
+        Series::new(named(quantity, sweep, exponents), points)
     });
     let first = measured.iter().find(|one| one.sweep == sweep);
     let strokes = first.map_or(0, |one| one.setting.strokes);
@@ -408,11 +393,11 @@ fn seconds(sweep: Sweep, measured: &[Measured], exponents: &[Exponent]) -> Panel
 }
 
 /// A line's name with its exponent, where there is one.
-fn named(name: &str, sweep: Sweep, quantity: &str, exponents: &[Exponent]) -> String {
+fn named(quantity: &str, sweep: Sweep, exponents: &[Exponent]) -> String {
     let own = |one: &&Exponent| one.sweep == sweep && one.quantity == quantity;
     match exponents.iter().find(own) {
-        Some(one) => format!("{name}, {}", one.shown()).replace('-', "\u{2212}"),
-        None => name.to_owned(),
+        Some(one) => format!("{quantity}, {}", one.shown()).replace('-', "\u{2212}"),
+        None => quantity.to_owned(),
     }
 }
 

@@ -131,10 +131,10 @@ fn figure(arguments: &SimulateArguments, threads: usize, points: &[SimulatedPoin
     Figure {
         title: "How labels spread from a few clicks".to_owned(),
         subtitle: conditions(arguments, threads, points),
-        rows: vec![vec![
+        panels: vec![
             panel("by clicks", clicks, lines(&|point| point.clicks_per_class as f64)),
             panel("by time", seconds, lines(&|point| point.wall_s)),
-        ]],
+        ],
     }
 }
 

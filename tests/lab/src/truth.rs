@@ -285,35 +285,22 @@ pub(super) fn in_image(scene: &Scene, number: usize, labels: Vec<ClassId>) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{capture, opened, wall};
-    use inplace_core::labels::Class;
-    use inplace_core::scene::{GroundTruth, write_replica};
+    use crate::testing::{capture, opened};
 
     #[test]
     fn labels_are_taken_from_training_frames_and_measured_on_the_others() {
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("wall");
-        let scene = wall(4, 8, 6);
-        let classes = [Class::new(3, "wall")];
-        let labels = vec![vec![3; 48]; 4];
-        let written = GroundTruth {
-            classes: &classes,
-            labels: &|frame| labels[frame].clone(),
-            objects: None,
-            held_out: &[1, 3],
-        };
-        write_replica(&scene, &folder, Some(&written)).unwrap();
+        let (_root, folder) = capture();
         let read = || SceneTruth::read(&opened(&folder));
         let truth = read().unwrap();
         assert_eq!(
             (truth.train.clone(), truth.test.clone()),
-            (vec![0, 2], vec![1, 3])
+            (vec![0, 2, 4], vec![1, 3, 5])
         );
-        assert_eq!(truth.classes(), [3]);
-        let half = |_| [vec![3; 24], vec![0; 24]].concat();
+        assert_eq!(truth.classes(), [1, 2]);
+        let half = |frame: usize| [&truth.images[&frame].labels[..64 * 24], &[VOID; 64 * 24]].concat();
         assert_eq!(truth.scores(&truth.test, half).unwrap().total_accuracy, 0.5);
 
-        for frame in [0, 2] {
+        for frame in [0, 2, 4] {
             fs::remove_file(folder.join(format!("semantic_class/semantic_class_{frame}.png"))).unwrap();
         }
         let error = read().unwrap_err().to_string();

@@ -62,10 +62,7 @@ fn read(folder: &Path, trust: Trust) -> Option<LabelImages> {
     for map in &images.labels.maps {
         check_map(map);
     }
-    let mut history = History::new(LabelSet {
-        classes: known(),
-        ..LabelSet::default()
-    });
+    let mut history = History::new(LabelSet::of_classes(known()));
     history.import(images.clone());
     let labels = history.labels();
     let imported = labels.imported.as_ref().expect("the images were imported");

@@ -344,13 +344,7 @@ mod tests {
 
     /// A project of a small room in a folder, with two clicks and no maps, and what reads it.
     fn unmapped(folder: &Path) -> Reader {
-        let [width, height] = SIZE;
-        let shot = Shot {
-            rooms: 1,
-            frames: 4,
-            width,
-            height,
-        };
+        let shot = Shot::new(4, SIZE);
         let scene = Arc::new(shot.scene(&|_, _| {}));
         let mut history = History::default();
         for (class, pixel) in [("wall", [40, 10]), ("floor", [40, 55])] {

@@ -57,13 +57,7 @@ impl DrawnLine {
         if self.tool == Tool::Polygon {
             return Stroke::polygon(frame, class, &self.points);
         }
-        Stroke {
-            frame,
-            class,
-            object: None,
-            radius,
-            lines: vec![self.points],
-        }
+        Stroke::drawn(frame, class, radius, vec![self.points])
     }
 }
 

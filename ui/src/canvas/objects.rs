@@ -376,10 +376,7 @@ mod tests {
     fn what_belongs_to_no_object_is_pale_and_hidden_classes_are_not_shown() {
         let map = FrameMap::new(0, 1, [2, 2], vec![0, 2, 2, 1], vec![0; 4]).unwrap();
         let classes = vec![Class::new(1, "floor"), Class::new(2, "chair")];
-        let labels = LabelSet {
-            classes: classes.clone(),
-            ..LabelSet::default()
-        };
+        let labels = LabelSet::of_classes(classes.clone());
         let question = Question {
             map: Versioned::new(Arc::new(map)),
             labels: labels.clone(),

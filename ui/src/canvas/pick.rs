@@ -47,11 +47,7 @@ mod tests {
             edit.unwrap().strokes[0].id
         };
         let region = add(Stroke::polygon(0, 0, &[[10, 10], [40, 10], [40, 40], [10, 40]]));
-        let line = add(Stroke {
-            radius: 2,
-            lines: vec![vec![[0, 20], [60, 20]]],
-            ..Stroke::click(0, 0, [0, 20])
-        });
+        let line = add(Stroke::drawn(0, 0, 2, vec![vec![[0, 20], [60, 20]]]));
         let click = add(Stroke::click(0, 0, [30, 21]));
         add(Stroke::click(1, 0, [30, 30]));
         for (position, zoom, picked) in [

@@ -288,11 +288,7 @@ fn ten_thousand_strokes_leave_the_window_quick() {
     let stroke = |index: u32| {
         let (x, y) = (index % WIDTH, index / WIDTH % HEIGHT);
         let line = vec![[x, y], [WIDTH - 1 - x, y], [x, HEIGHT - 1 - y]];
-        Stroke {
-            radius: 2,
-            lines: vec![line],
-            ..Stroke::click(index as usize % FRAMES, 1 + (index % 2) as u16, [x, y])
-        }
+        Stroke::drawn(index as usize % FRAMES, 1 + (index % 2) as u16, 2, vec![line])
     };
     let mut window = opened((0..10_000).map(stroke));
     window.harness.run_steps(5);

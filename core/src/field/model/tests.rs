@@ -51,13 +51,7 @@ fn samples(volume: &Volume) -> (Arc<Samples>, Vec<f32>) {
             }
         })
         .collect();
-    let sampling = Sampling {
-        step: 0.06,
-        held_back: 0.0,
-        free: 4,
-        near_surface: 6,
-        jitter: Some(3),
-    };
+    let sampling = Sampling::new(0.06, [4, 6], Some(3));
     let samples = Samples::along(&rays, volume, &OccupancyGrid::unknown(0.06), sampling);
     let gaps = (0..samples.len()).map(|_| rng.random_range(0.0..1.0)).collect();
     (Arc::new(samples), gaps)

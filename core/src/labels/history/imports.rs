@@ -243,10 +243,7 @@ mod tests {
     /// Images with a chair and a stool, by these numbers.
     fn seats([chair, stool]: [u16; 2]) -> LabelImages {
         let objects = vec![object(chair, 5, "chair 1"), object(stool, 5, "stool")];
-        let label = |number| Label {
-            class: 5,
-            object: ObjectId::new(number),
-        };
+        let label = |number| Label::new(5, ObjectId::new(number));
         let map = ImportedMap::with_objects(0, &[label(0), label(chair), label(stool)]);
         LabelImages {
             classes: vec![Class::new(5, "chair")],

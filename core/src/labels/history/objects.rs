@@ -125,10 +125,7 @@ impl History {
         }
         changes.retain(|change| change.before != change.after);
         let becomes = |label: Label| match label.object {
-            Some(id) if is_gone(id) => Label {
-                class: object.class,
-                object: Some(object.id),
-            },
+            Some(id) if is_gone(id) => Label::new(object.class, Some(object.id)),
             _ => label,
         };
         let is_said = imported.iter().any(|&id| is_gone(id));

@@ -72,10 +72,7 @@ impl ObjectList {
             let mut classes = listed.iter().chain(known);
             let class = classes.find(|class| class.id == record.class_id);
             let is_thing = class.map_or(record.thing != Some(false), |class| class.thing);
-            let label = Label {
-                class: record.class_id,
-                object: is_thing.then_some(record.id),
-            };
+            let label = Label::new(record.class_id, is_thing.then_some(record.id));
             if labels.insert(record.id.number(), label).is_some() {
                 return Err(format!("object {} is there twice", record.id.number()));
             }

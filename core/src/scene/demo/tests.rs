@@ -31,12 +31,7 @@ fn every_pixel_has_a_depth_and_a_class_that_is_well_visible_in_three_training_an
 
 #[test]
 fn cameras_keep_their_distance_from_everything() {
-    let coarse = Shot {
-        rooms: 1,
-        frames: 1000,
-        width: 16,
-        height: 12,
-    };
+    let coarse = Shot::new(1000, [16, 12]);
     let house = coarse.house();
     for frame in 0..coarse.frames {
         let eye = house.stand(frame, coarse.frames).to_room.translation.as_vec3a();
@@ -78,9 +73,7 @@ fn seen_twice((from, classes): (&Frame, &[ClassId]), (to, others): (&Frame, &[Cl
 /// Three rooms, small.
 const ROOMS: Shot = Shot {
     rooms: 3,
-    frames: 30,
-    width: 160,
-    height: 120,
+    ..Shot::new(30, [160, 120])
 };
 
 #[test]
@@ -173,12 +166,7 @@ fn clicks_tell_the_truth_sparingly_and_only_on_training_frames_in_images_of_any_
         let own = strokes.filter(|stroke| stroke.class == class.id).count();
         assert!((1..=3).contains(&own), "{}: {own}", class.name);
     }
-    let large = Shot {
-        rooms: 1,
-        frames: 20,
-        width: 640,
-        height: 480,
-    };
+    let large = Shot::new(20, [640, 480]);
     for (shot, least) in [(Shot::default(), 14), (large, 6), (ROOMS, 21)] {
         let (house, mut rooms) = (shot.house(), vec![0; shot.rooms]);
         for stroke in shot.clicks().strokes.values() {
@@ -198,11 +186,7 @@ fn clicks_tell_the_truth_sparingly_and_only_on_training_frames_in_images_of_any_
 fn depth_goes_on_beyond_glass_and_behind_a_mirror() {
     use super::rooms::{Builder, CEILING, Material, Optics, Pane, Part, Place, Room, SHELL, shell, srgb};
 
-    let shot = Shot {
-        width: 160,
-        height: 120,
-        ..Shot::default()
-    };
+    let shot = Shot::new(60, [160, 120]);
     for (optics, min, max) in [
         (Optics::Mirror, [0.0, 1.4, 0.4], [0.02, 2.6, 2.0]),
         (Optics::Glass, [1.7, 3.5, 0.6], [3.3, 3.508, 1.9]),

@@ -10,10 +10,7 @@ use crate::scene::{ColorImage, DepthMap, demo};
 
 /// The demo room with depth.
 static ROOM: LazyLock<Scene> = LazyLock::new(|| {
-    let shot = demo::Shot {
-        frames: 40,
-        ..demo::Shot::default()
-    };
+    let shot = demo::Shot::new(40, [320, 240]);
     shot.scene(&|_, _| {})
 });
 

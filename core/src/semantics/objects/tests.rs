@@ -276,10 +276,7 @@ fn imported_objects_have_what_images_say_in_all_frames_until_strokes_say_otherwi
     for trust in [Trust::VOTES, Trust::RIGHT] {
         let map = |frame| {
             let halves = truth(&scene, frame);
-            let label = |number| Label {
-                class: 1,
-                object: ObjectId::new(10 * number),
-            };
+            let label = |number| Label::new(1, ObjectId::new(10 * number));
             ImportedMap::with_objects(frame, &halves.into_iter().map(label).collect::<Vec<_>>())
         };
         let mut history = History::default();

@@ -117,10 +117,7 @@ mod tests {
     use crate::semantics::testing::propagated;
 
     fn disc(frame: usize, class: ClassId, pixel: Pixel, radius: u32) -> Stroke {
-        Stroke {
-            radius,
-            ..Stroke::click(frame, class, pixel)
-        }
+        Stroke::drawn(frame, class, radius, vec![vec![pixel]])
     }
 
     #[test]

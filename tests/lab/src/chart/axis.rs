@@ -118,18 +118,14 @@ pub(super) fn logarithmic_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     }
 }
 
-/// A number with three significant digits and an SI suffix from ten thousand on.
+/// A number with three significant digits, in thousands from ten thousand on.
 pub(super) fn number(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    let (scaled, suffix) = match value.abs() {
-        v if v >= 0.9995e12 => return format!("{value:.2e}"),
-        v if v >= 0.9995e9 => (value / 1e9, "G"),
-        v if v >= 0.9995e6 => (value / 1e6, "M"),
-        v if v >= 9999.5 => (value / 1e3, "k"),
-        v if v < 1e-4 => return format!("{value:.1e}"),
-        _ => (value, ""),
+    let (scaled, suffix) = match value.abs() >= 9999.5 {
+        true => (value / 1e3, "k"),
+        false => (value, ""),
     };
     let before_point = scaled.abs().log10().floor() as i32;
     let decimals = (2 - before_point).max(0) as usize;

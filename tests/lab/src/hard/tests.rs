@@ -8,12 +8,7 @@ use super::*;
 const ROOMS: [HardRoom; 6] = [Thin, Plain, SameColour, SameClassApart, Mirror, Glass];
 
 /// One round, small.
-const SHOT: Shot = Shot {
-    rooms: 1,
-    frames: 60,
-    width: 160,
-    height: 120,
-};
+const SHOT: Shot = Shot::new(60, [160, 120]);
 
 #[test]
 fn frames_agree_on_depth_in_every_room() {

@@ -99,10 +99,7 @@ pub(super) fn run(found: &Found<'_>) -> Result<Vec<PaperPoint>, Failure> {
     let predictions: Vec<(usize, Prediction)> = truth.train.par_iter().map(predict).collect();
     let predicting = start.elapsed().as_secs_f64();
     let map = |(frame, own): &(usize, Prediction)| ImportedMap::new(*frame, &own.labels());
-    let votes = ImportedLabels {
-        maps: predictions.iter().map(map).collect(),
-        trust: Trust::VOTES,
-    };
+    let votes = ImportedLabels::new(predictions.iter().map(map).collect(), Trust::VOTES);
     let measured = |labels: &dyn Fn(usize) -> Vec<ClassId>| {
         truth.scores(&truth.train, |frame| in_image(scene, frame, labels(frame)))
     };

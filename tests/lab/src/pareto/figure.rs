@@ -6,9 +6,6 @@ use crate::arguments::ParetoArguments;
 use crate::chart::{Axis, Figure, Panel, Point, Scale, Series};
 use crate::commands::{counted, grouped, processor};
 
-/// Panels beside each other.
-const COLUMNS: usize = 2;
-
 /// `pareto.svg`: a panel for each scene with a line for each method.
 pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, points: &[ParetoPoint]) -> Figure {
     let scenes = grouped(points, |point| point.scene.clone());
@@ -31,7 +28,7 @@ pub(super) fn pareto(arguments: &ParetoArguments, threads: usize, points: &[Pare
             "{}; a ring is where training stopped by itself",
             conditions(arguments, threads)
         ),
-        rows: panels.chunks(COLUMNS).map(<[Panel]>::to_vec).collect(),
+        panels,
     }
 }
 

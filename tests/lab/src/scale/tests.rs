@@ -6,12 +6,6 @@ use super::*;
 use crate::arguments::{Arguments, Bench, Command};
 use inplace_core::scene::demo::Shot;
 
-fn shot(frames: usize, [width, height]: [u32; 2]) -> Shot {
-    let mut shot = Shot::default();
-    (shot.frames, shot.width, shot.height) = (frames, width, height);
-    shot
-}
-
 #[test]
 fn an_exponent_is_that_of_the_upper_half_where_that_varies() {
     let powers = |floor: f64| -> Vec<(f64, f64)> {
@@ -65,7 +59,7 @@ fn a_sweep_changes_one_thing() {
 
 #[test]
 fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
-    let shot = shot(6, [64, 48]);
+    let shot = Shot::new(6, [64, 48]);
     let scene = shot.scene(&|_, _| {});
     let truth = shot.labels();
     let labels = scattered(&scene, &truth, 12, 40, 3).unwrap();
@@ -95,7 +89,7 @@ fn strokes_are_random_true_pixels_with_one_of_every_class_first() {
 
 #[test]
 fn a_scene_that_shows_too_little_is_refused_with_a_sentence() {
-    let shot = shot(2, [16, 16]);
+    let shot = Shot::new(2, [16, 16]);
     let scene = shot.scene(&|_, _| {});
     for (classes, strokes) in [(5000, 10), (2, 100_000)] {
         let refused = scattered(&scene, &shot.labels(), classes, strokes, 0).unwrap_err();

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use clap::ValueEnum;
 use rand::seq::IndexedRandom;
 use rand::{SeedableRng, rngs::SmallRng};
 
@@ -10,7 +11,7 @@ use inplace_core::labels::{Class, ClassId, LabelSet, Object, ObjectId, Pixel, St
 use inplace_core::scene::Scene;
 
 /// How the annotator chooses pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Policy {
     /// One random pixel of every class, then the program's own suggestions.
     Guided,
@@ -23,9 +24,6 @@ pub enum Policy {
 }
 
 impl Policy {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Guided, Self::Random, Self::Uniform, Self::Own];
-
     /// Its name in the results.
     pub fn name(self) -> &'static str {
         match self {
@@ -142,11 +140,8 @@ impl<'a> Annotator<'a> {
 
     /// The clicks as strokes, later ones over earlier ones.
     pub fn labels(&self, clicks: &[Click]) -> LabelSet {
-        let classes = self.classes.iter();
-        let mut labels = LabelSet {
-            classes: classes.map(|&id| Class::new(id, format!("class {id}"))).collect(),
-            ..LabelSet::default()
-        };
+        let class = |&id: &ClassId| Class::new(id, format!("class {id}"));
+        let mut labels = LabelSet::of_classes(self.classes.iter().map(class).collect());
         for click in clicks {
             let stroke = Stroke::click(click.frame, click.class, click.pixel);
             labels.strokes.insert(labels.next_stroke_id(), stroke.into());

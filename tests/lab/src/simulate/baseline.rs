@@ -5,6 +5,7 @@ mod pixels;
 
 use std::time::Duration;
 
+use clap::ValueEnum;
 use glam::Vec3;
 
 use super::Click;
@@ -18,7 +19,7 @@ use inplace_core::semantics::Surface;
 const JOINT_TRAINING: Duration = Duration::from_secs(20);
 
 /// A way to make maps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Baseline {
     /// Each place of the surface has the class of the click that is nearest in a straight line.
     Nearest,

@@ -191,10 +191,7 @@ impl Run<'_> {
 
     /// The clicks as strokes; with `objects`, those on things say which one, under its true number.
     fn labels(&self, clicks: &[Click], objects: bool) -> LabelSet {
-        let mut labels = LabelSet {
-            classes: self.truth.classes(),
-            ..LabelSet::default()
-        };
+        let mut labels = LabelSet::of_classes(self.truth.classes());
         for click in clicks {
             let Label { class, object } = self.label_of(click.class);
             let stroke = Stroke {
@@ -215,10 +212,7 @@ impl Run<'_> {
     /// What the annotator says of a pixel with this value of the truth.
     fn label_of(&self, id: u16) -> Label {
         match self.truth.segment(id) {
-            Some(Segment { class, object }) => Label {
-                class,
-                object: ObjectId::new(object),
-            },
+            Some(Segment { class, object }) => Label::new(class, ObjectId::new(object)),
             None => Label::from(VOID),
         }
     }

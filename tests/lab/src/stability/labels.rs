@@ -134,10 +134,7 @@ fn random_objects(trial: &mut Trial, settings: &Settings, rng: &mut SmallRng) ->
     let most = Duration::from_secs_f64(trial.seconds(settings));
     let session = settings.training.session_options(scene.source.clone());
     let surface = learnt::session_surface(&scene, &session, most)?;
-    let clean = ImportedLabels {
-        maps: maps.clone(),
-        trust: Trust::RIGHT,
-    };
+    let clean = ImportedLabels::new(maps.clone(), Trust::RIGHT);
     let objects = Objects::find(&surface, &classes, &clean);
     objects.flip(&mut maps, &classes, Flipped::Even, 0.5, rng.random());
     vote(trial, maps);

@@ -82,12 +82,7 @@ pub(super) fn conditions() -> Vec<Condition> {
 /// Goes into another room, with as many frames of the same size, and clicks there.
 fn enter(trial: &mut Trial, rng: &mut SmallRng, room: HardRoom) {
     let camera = &trial.scene.frames[0].camera;
-    let shot = Shot {
-        rooms: 1,
-        frames: trial.scene.frames.len(),
-        width: camera.width,
-        height: camera.height,
-    };
+    let shot = Shot::new(trial.scene.frames.len(), [camera.width, camera.height]);
     let scene = room.scene(&shot);
     let clickable = truth(&shot, room.clickable(&shot));
     *trial = Trial::new(&scene, &clickable, rng.random());

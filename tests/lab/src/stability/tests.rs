@@ -74,12 +74,7 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
 
     // Six small frames of the plain room: its own truth, classes and clicks.
     let (width, height) = (80, 60);
-    let shot = Shot {
-        rooms: 1,
-        frames: 6,
-        width,
-        height,
-    };
+    let shot = Shot::new(6, [width, height]);
     let image = LabelImage::new([width, height], vec![9; 80 * 60]);
     let truth = SceneTruth {
         images: (0..6).map(|frame| (frame, image.clone())).collect(),

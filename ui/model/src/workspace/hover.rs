@@ -46,10 +46,7 @@ impl Workspace {
         let map = self.newest_map(self.frame_index)?;
         let is_new = map.generation == self.document.generation();
         (settings.tool == Tool::Brush && self.reading.is_none() && is_new).then(|| Question {
-            stroke: Stroke {
-                radius: settings.brush,
-                ..Stroke::click(self.frame_index, class, pixel)
-            },
+            stroke: Stroke::drawn(self.frame_index, class, settings.brush, vec![vec![pixel]]),
             map: self.map_version(self.frame_index),
         })
     }

@@ -49,10 +49,7 @@ impl Workspace {
             let object = self.document.labels().object(*id);
             object.is_some_and(|object| object.class == likely.class) && !self.is_object_locked(*id)
         };
-        Label {
-            class: likely.class,
-            object: likely.object.filter(is_there),
-        }
+        Label::new(likely.class, likely.object.filter(is_there))
     }
 
     /// Labels the place of a suggestion, as this object of the class where there is one; `None` when it is not there, or was

@@ -12,8 +12,6 @@ use crate::commands::processor;
 use crate::page::Page;
 use crate::pareto::{ParetoPoint, line};
 
-/// Panels beside each other.
-const COLUMNS: usize = 2;
 /// Clicks a class of the courses over time.
 const CLICKS: u64 = 5;
 
@@ -52,7 +50,7 @@ fn figure(title: &str, subtitle: &str, panels: Vec<Panel>) -> Figure {
     Figure {
         title: title.to_owned(),
         subtitle: format!("{subtitle}; {}", processor()),
-        rows: panels.chunks(COLUMNS).map(<[Panel]>::to_vec).collect(),
+        panels,
     }
 }
 

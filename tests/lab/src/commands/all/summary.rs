@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use crate::commands::{counted, grouped};
+use crate::engine::PLAIN;
 use crate::mean;
 
 /// What the measurements printed, by their folders.
@@ -210,7 +211,7 @@ fn cost(results: &Results) -> Option<String> {
     let largest = measured.iter().rfind(|row| row["sweep"] == "frames")?;
     let paths = results.get("engine")?["paths"].as_array()?;
     let speed = |row: Option<&Value>| row.map_or(f64::NAN, |row| number(row, "samples_per_s"));
-    let plain = paths.iter().find(|path| path["name"] == "candle");
+    let plain = paths.iter().find(|path| path["name"] == PLAIN);
     Some(format!(
         "**Cost**: MB at most, {peaks}; {} frames of 320 x 240 take {:.2} GB. The field's kernels are {:.1} times as fast as \
          plain candle operations.",
