@@ -23,7 +23,7 @@ pub(crate) use model::is_alike;
 pub use occupancy::OccupancyGrid;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, camera_rays, frame_rays, render_rays};
-pub use train::{HeldOut, Recipe, Trainer, Work};
+pub use train::{HeldOut, Recipe, Trainer};
 pub use visibility::until_opaque;
 pub use volume::Volume;
 

@@ -29,8 +29,6 @@ pub struct Suggestion {
     pub position: Vec3,
     /// Outline of the region that the label would settle, a closed polygon in pixel coordinates of the frame.
     pub outline: Vec<[f32; 2]>,
-    /// Score, relative to that of the best suggestion (1).
-    pub score: f32,
     /// Entropy at the place, in nats.
     pub entropy: f32,
     /// Share of all pixels of all keyframes that the region covers, 0..=1.
@@ -135,9 +133,9 @@ pub fn suggest(
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.node.cmp(&b.1.node)));
 
     let mut region_of = vec![NO_REGION; graph.len()];
-    let mut picks: Vec<(f32, u32)> = Vec::new();
-    for (score, effect) in ranked {
-        let close = |&(_, pick): &(f32, u32)| position(pick).distance(position(effect.node)) < APART;
+    let mut picks: Vec<u32> = Vec::new();
+    for (_, effect) in ranked {
+        let close = |&pick: &u32| position(pick).distance(position(effect.node)) < APART;
         if region_of[effect.node as usize] != NO_REGION || picks.iter().any(close) {
             continue;
         }
@@ -147,7 +145,7 @@ pub fn suggest(
                 *region = picks.len() as u8;
             }
         }
-        picks.push((score, effect.node));
+        picks.push(effect.node);
         if picks.len() == MOST {
             break;
         }
@@ -162,7 +160,7 @@ const NO_REGION: u8 = u8::MAX;
 fn describe(
     (scene, only): (&Scene, Option<&BTreeSet<usize>>),
     propagation: &LabelPropagation,
-    picks: &[(f32, u32)],
+    picks: &[u32],
     region_of: &[u8],
 ) -> Vec<Suggestion> {
     let surface = propagation.surface();
@@ -175,15 +173,14 @@ fn describe(
             if region != NO_REGION {
                 let entry = &mut counts[region as usize];
                 entry.0 += run.len();
-                entry.1 |= picks[region as usize].1 == node;
+                entry.1 |= picks[region as usize] == node;
             }
         }
     }
-    let best = picks.first().map_or(1.0, |&(score, _)| score);
     picks
         .iter()
         .enumerate()
-        .filter_map(|(region, &(score, pick))| {
+        .filter_map(|(region, &pick)| {
             let allowed = |frame: &usize| only.is_none_or(|only| only.contains(frame));
             let seen = (0..counts.len()).filter(|&frame| allowed(&frame) && counts[frame][region].1);
             let frame = seen.max_by_key(|&frame| (counts[frame][region].0, std::cmp::Reverse(frame)))?;
@@ -200,7 +197,6 @@ fn describe(
                 pixel,
                 position: surface.graph.nodes()[pick as usize].position,
                 outline: outline::trace(camera.width, camera.height, pixel, inside),
-                score: score / best.max(f32::MIN_POSITIVE),
                 entropy: f32::from(propagation.posterior().entropy[pick as usize]) / ENTROPY_STEPS_PER_NAT,
                 share: covered as f32 / total.max(1) as f32,
                 classes: likely(propagation, pick),

@@ -2,7 +2,6 @@
 //! in step with the labels. The window and the headless commands use the same one.
 
 mod background;
-mod checking;
 mod client;
 mod demand;
 mod estimating;

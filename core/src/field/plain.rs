@@ -56,7 +56,7 @@ pub fn evaluate(
     let table = parameters.table.detach();
     let network = WeightMatrices::new(parameters.shape, &parameters.weights.detach())?;
     let flat = |tensor: &Tensor| tensor.flatten_all()?.to_vec1::<f32>();
-    into.clear();
+    *into = Evaluated::default();
     for start in (0..samples.len()).step_by(PORTION) {
         let range = start..(start + PORTION).min(samples.len());
         let encoding = encode(parameters.grid, &table, samples, range.clone())?;

@@ -50,17 +50,6 @@ const OCCUPANCY_WARM_UP: u64 = 256;
 /// Non-finite steps in a row after which the last checkpoint comes back.
 const PATIENCE: u32 = 3;
 
-/// Numbers of steps, rays and samples since the trainer was made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Steps.
-    pub steps: u64,
-    /// Rays of all steps.
-    pub rays: u64,
-    /// Samples of all steps, forward and backward.
-    pub samples: u64,
-}
-
 /// Trains a field, a step at a time.
 pub struct Trainer {
     scene: Arc<Scene>,
@@ -75,7 +64,7 @@ pub struct Trainer {
     held_out: HeldOutPixels,
     seed: u64,
     steps: u64,
-    work: Work,
+    rays: u64,
     samples_per_ray: f32,
     rate_scale: f32,
     skipped: u64,
@@ -163,7 +152,7 @@ impl Trainer {
             held_out,
             seed,
             steps: 0,
-            work: Work::default(),
+            rays: 0,
             samples_per_ray: 16.0,
             rate_scale: 1.0,
             skipped: 0,
@@ -194,9 +183,9 @@ impl Trainer {
         self.steps
     }
 
-    /// Steps, rays and samples of this trainer; those before a saved state are not in it.
-    pub fn work(&self) -> Work {
-        self.work
+    /// Rays of all steps of this trainer; those before a saved state are not in it.
+    pub fn rays(&self) -> u64 {
+        self.rays
     }
 
     /// Steps that were skipped because their loss or gradient was not finite.
@@ -241,9 +230,7 @@ impl Trainer {
         let samples = until_opaque(&self.field, samples, |ray| rays[ray].length.is_none())?;
         self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / rays.len() as f32;
         self.steps += 1;
-        self.work.steps += 1;
-        self.work.rays += rays.len() as u64;
-        self.work.samples += samples.len() as u64;
+        self.rays += rays.len() as u64;
         if !samples.is_empty() {
             let loss = self.loss(&batch, samples, gaps)?;
             let finite = loss.to_scalar::<f32>()?.is_finite() && self.descend(&loss)?;

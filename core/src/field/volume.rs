@@ -29,11 +29,6 @@ impl Volume {
         (world - self.min) / self.side
     }
 
-    /// Unit coordinates to world position.
-    pub fn to_world(&self, unit: Vec3) -> Vec3 {
-        self.min + unit * self.side
-    }
-
     /// Distances in metres at which a ray enters and leaves the cube; `None` when it misses it.
     pub fn clip(&self, origin: Vec3, direction: Vec3) -> Option<(f32, f32)> {
         let inverse = direction.recip();

@@ -203,7 +203,7 @@ mod tests {
     use super::*;
     use crate::labels::ClassId;
     use crate::semantics::ClassGeodesics;
-    use crate::semantics::testing::joined;
+    use crate::semantics::testing::{by_distance, joined};
 
     /// The effect of a label at a node of a row of five, which are a step apart but for the last, which is far, with
     /// classes 1 and 2 and these labels.
@@ -217,7 +217,7 @@ mod tests {
                 .map(|&(node, class)| (node, class.into()))
                 .collect::<FxHashMap<_, _>>(),
         );
-        let evidence = Evidence::by_distance(&[1, 2], &geodesics);
+        let evidence = by_distance(&[1, 2], &geodesics);
         let known = Context {
             look: &Look::new(&graph, Vec3::Y),
             posterior: &Posterior::new(&evidence, graph.len()),

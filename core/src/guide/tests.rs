@@ -38,7 +38,6 @@ fn the_first_suggestion_is_on_the_half_without_a_label() {
     let shift = if best.frame == 0 { -0.2 } else { 0.2 };
     let x = shift + 2.0 * camera.pixel_direction(best.pixel[0], best.pixel[1]).x;
     assert!(x > 0.0, "{best:?}");
-    assert!((best.score - 1.0).abs() < 1e-6);
 }
 
 #[test]

@@ -62,18 +62,8 @@ impl SurfaceGraph {
         Self::of_directed(nodes, directed)
     }
 
-    /// A graph with these edges and costs; each edge goes both ways.
-    pub fn from_edges(nodes: Vec<Node>, edges: &[(u32, u32, f32)]) -> Self {
-        let both_ways = edges
-            .iter()
-            .flat_map(|&(a, b, cost)| [(a, b, cost), (b, a, cost)]);
-        let mut directed: Vec<(u32, u32, f32)> = both_ways.collect();
-        directed.sort_by_key(|edge| (edge.0, edge.1));
-        Self::of_directed(nodes, directed)
-    }
-
     /// A graph with these edges and costs in ascending order, each edge in both directions.
-    fn of_directed(nodes: Vec<Node>, edges: Vec<(u32, u32, f32)>) -> Self {
+    pub(super) fn of_directed(nodes: Vec<Node>, edges: Vec<(u32, u32, f32)>) -> Self {
         let mut starts = vec![0_u32; nodes.len() + 1];
         for &(from, ..) in &edges {
             starts[from as usize + 1] += 1;
@@ -91,13 +81,6 @@ impl SurfaceGraph {
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.nodes.len()
-    }
-
-    /// Memory that nodes and edges take, in bytes.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice())
-            + size_of_val(self.starts.as_slice())
-            + size_of_val(self.edges.as_slice())
     }
 
     /// Whether there are no nodes.

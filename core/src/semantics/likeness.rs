@@ -206,7 +206,7 @@ mod tests {
 
     use super::*;
     use crate::labels::Label;
-    use crate::semantics::testing::node;
+    use crate::semantics::testing::{by_distance, node};
     use crate::semantics::{Evidence, Node, Posterior, SurfaceGraph};
 
     const GREY: Vec3 = Vec3::splat(0.5);
@@ -242,7 +242,7 @@ mod tests {
             likeness.update((&[1, 2], &BTreeSet::new()), &geodesics),
             [false; 3]
         );
-        let evidence = Evidence::by_distance(&[1, 2], &geodesics);
+        let evidence = by_distance(&[1, 2], &geodesics);
         let label = |evidence: &Evidence<'_>, node: usize| Posterior::new(evidence, graph.len()).labels[node];
         assert_eq!(label(&evidence, 250), 2);
         let looked_at = Evidence {

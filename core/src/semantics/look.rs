@@ -104,18 +104,13 @@ impl Look {
     }
 
     /// Number of regions.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.descriptors.len()
     }
 
     /// Upwards, in world coordinates, of unit length; zero where nothing tells.
     pub fn vertical(&self) -> Vec3 {
         self.vertical
-    }
-
-    /// Whether there are no regions.
-    pub fn is_empty(&self) -> bool {
-        self.descriptors.is_empty()
     }
 
     /// The region of a node.

@@ -376,20 +376,6 @@ impl FrameMap {
         }
     }
 
-    /// Mean entropy over all pixels, in nats.
-    pub fn mean_entropy(&self) -> f32 {
-        let entropy = self.entropy();
-        let sum: u64 = entropy.iter().map(|&e| u64::from(e)).sum();
-        sum as f32 / entropy.len().max(1) as f32 / ENTROPY_STEPS_PER_NAT
-    }
-
-    /// Share of the pixels that have a class, 0..=1.
-    pub fn coverage(&self) -> f32 {
-        let labels = self.labels();
-        let labelled = labels.iter().filter(|&&label| label != VOID).count();
-        labelled as f32 / labels.len().max(1) as f32
-    }
-
     /// The map in the pixels of the frame's image on disk, looked up: each has the values of the frame's pixel at the
     /// same place. Pixels outside the frame, as with the strongest lenses, are void, without confidence and as
     /// uncertain as the frame's most uncertain pixel.
@@ -441,20 +427,6 @@ impl FrameMap {
     }
 }
 
-impl PartialEq for FrameMap {
-    /// Whether frame, generation, size and all pixels are the same.
-    fn eq(&self, other: &Self) -> bool {
-        (self.frame, self.generation, self.width, self.height)
-            == (other.frame, other.generation, other.width, other.height)
-            && {
-                let (own, others) = (self.looked_up(), other.looked_up());
-                own.labels() == others.labels() && own.entropy() == others.entropy()
-            }
-    }
-}
-
-impl Eq for FrameMap {}
-
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
@@ -464,6 +436,18 @@ mod tests {
     use crate::scene::{ColorImage, DepthMap, FramePixels};
     use crate::semantics::testing::{loose, node};
     use crate::semantics::{NO_NODE, NodeMap};
+
+    impl PartialEq for FrameMap {
+        /// Whether frame, generation, size and all pixels are the same.
+        fn eq(&self, other: &Self) -> bool {
+            (self.frame, self.generation, self.width, self.height)
+                == (other.frame, other.generation, other.width, other.height)
+                && {
+                    let (own, others) = (self.looked_up(), other.looked_up());
+                    own.labels() == others.labels() && own.entropy() == others.entropy()
+                }
+        }
+    }
 
     /// A map of the first frame of a scene whose pixels show these nodes, on a surface without edges.
     fn map_of(
@@ -536,8 +520,9 @@ mod tests {
         assert_eq!(looked_up.at([1, 1]).unwrap().runner_up, None);
         assert_eq!(looked_up.at([3, 0]), None);
         assert_eq!(listed.at([2, 1]).unwrap().probability, None);
-        assert!((map.coverage() - 4.0 / 6.0).abs() < 1e-6);
-        assert!((map.mean_entropy() - 1399.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
+        let summary = looked_up.summary(None).unwrap();
+        assert!((summary.coverage - 4.0 / 6.0).abs() < 1e-6);
+        assert!((summary.mean_entropy - 1399.0 / 6.0 / ENTROPY_STEPS_PER_NAT).abs() < 1e-6);
         assert_ne!(map, FrameMap::new(0, 9, [3, 2], vec![5; 6], vec![0; 6]).unwrap());
         assert!(FrameMap::new(0, 1, [3, 2], vec![1; 6], vec![0; 5]).is_none());
     }

@@ -139,19 +139,7 @@ pub struct Evidence<'a> {
     pub prior: Option<&'a [f32]>,
 }
 
-impl<'a> Evidence<'a> {
-    /// Distances alone.
-    pub fn by_distance(classes: &'a [ClassId], geodesics: &'a ClassGeodesics) -> Self {
-        Self {
-            classes,
-            geodesics,
-            likeness: None,
-            votes: None,
-            objects: None,
-            prior: None,
-        }
-    }
-
+impl Evidence<'_> {
     /// Class probabilities of one node, in the order of the classes.
     pub fn probabilities(&self, node: usize) -> Vec<f32> {
         let mut probabilities = vec![0.0; self.classes.len()];
@@ -358,6 +346,7 @@ fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> NodeSum
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::semantics::testing::by_distance;
 
     #[test]
     fn equal_distances_give_the_highest_entropy() {
@@ -384,7 +373,7 @@ mod tests {
     #[test]
     fn without_labels_everything_is_void_and_unknown() {
         let geodesics = ClassGeodesics::default();
-        let evidence = Evidence::by_distance(&[1, 2, 3], &geodesics);
+        let evidence = by_distance(&[1, 2, 3], &geodesics);
         let posterior = Posterior::new(&evidence, 5);
         assert_eq!(posterior.labels, [VOID; 5]);
         assert_eq!(posterior.confidence, [0; 5]);

@@ -35,28 +35,12 @@ pub struct LabelPropagation {
     painted: BTreeMap<usize, BTreeMap<u32, (ClassId, StrokeId)>>,
     /// The nodes under them that labels spread from, by frame.
     sources: BTreeMap<usize, Vec<(u32, StrokeId, ClassId)>>,
-    /// The newest weights by the semantic prior. They are kept when the classes change, so that an undo restores the
-    /// maps of before.
-    prior: Option<PriorWeights>,
+    /// The newest weights by the semantic prior: the classes that it was trained on, and positive weights
+    /// `[nodes, classes]`. They are kept when the classes change, so that an undo restores the maps of before.
+    prior: Option<(Vec<ClassId>, Vec<f32>)>,
     /// The imported images, and the class weights that they give the nodes where they count as votes.
     import: Option<Arc<SurfaceImport>>,
     votes: Option<Vec<f32>>,
-}
-
-/// Weights of the classes at each node by the semantic prior.
-#[derive(Clone, Debug)]
-struct PriorWeights {
-    /// The classes that it was trained on.
-    classes: Vec<ClassId>,
-    /// Positive weights `[nodes, classes]`.
-    weights: Vec<f32>,
-}
-
-impl PriorWeights {
-    /// The weights, if these are their classes.
-    fn on(&self, classes: &[ClassId]) -> Option<&[f32]> {
-        (self.classes == classes).then_some(self.weights.as_slice())
-    }
 }
 
 impl LabelPropagation {
@@ -239,10 +223,7 @@ impl LabelPropagation {
     /// of another number are ignored. They count as long as the classes stay as they are now.
     pub fn set_prior(&mut self, weights: Vec<f32>) {
         if weights.len() == self.surface.graph.len() * self.classes.len() {
-            self.prior = Some(PriorWeights {
-                classes: self.classes.clone(),
-                weights,
-            });
+            self.prior = Some((self.classes.clone(), weights));
             self.refresh();
         }
     }
@@ -254,13 +235,17 @@ impl LabelPropagation {
 
     /// What is known of the classes.
     pub(crate) fn evidence(&self) -> Evidence<'_> {
+        let prior = self
+            .prior
+            .as_ref()
+            .filter(|(classes, _)| *classes == self.classes);
         Evidence {
             classes: &self.classes,
             geodesics: &self.geodesics,
             likeness: self.looks_count().then_some(&self.likeness),
             votes: self.votes.as_deref(),
             objects: self.import.as_deref().and_then(SurfaceImport::objects),
-            prior: self.prior.as_ref().and_then(|prior| prior.on(&self.classes)),
+            prior: prior.map(|(_, weights)| weights.as_slice()),
         }
     }
 
@@ -309,16 +294,6 @@ impl LabelPropagation {
         nodes.sort_unstable();
         nodes.dedup();
         nodes
-    }
-
-    /// Class probabilities of a node by graph, look and votes, in the order of the classes.
-    pub(super) fn graph_probabilities(&self, node: usize) -> Vec<f32> {
-        let evidence = self.evidence();
-        Evidence {
-            prior: None,
-            ..evidence
-        }
-        .probabilities(node)
     }
 
     /// Class probabilities of a node as in the maps, in the order of the classes: by graph, look, votes and semantic

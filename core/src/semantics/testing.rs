@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::{LabelPropagation, Look, Node, Surface, SurfaceGraph};
+use super::{ClassGeodesics, Evidence, LabelPropagation, Look, Node, Surface, SurfaceGraph};
 use crate::labels::{ClassId, LabelSet};
 use crate::scene::Scene;
 
@@ -21,12 +21,17 @@ pub fn node(position: Vec3) -> Node {
 
 /// Nodes at one place, joined by edges of these costs.
 pub fn joined(nodes: usize, edges: &[(u32, u32, f32)]) -> SurfaceGraph {
-    SurfaceGraph::from_edges(vec![node(Vec3::ZERO); nodes], edges)
+    let both_ways = edges
+        .iter()
+        .flat_map(|&(a, b, cost)| [(a, b, cost), (b, a, cost)]);
+    let mut directed: Vec<(u32, u32, f32)> = both_ways.collect();
+    directed.sort_by_key(|edge| (edge.0, edge.1));
+    SurfaceGraph::of_directed(vec![node(Vec3::ZERO); nodes], directed)
 }
 
 /// A surface of these nodes without edges that no frame shows.
 pub fn loose(nodes: Vec<Node>, voxel: f32) -> Surface {
-    let graph = SurfaceGraph::from_edges(nodes, &[]);
+    let graph = SurfaceGraph::of_directed(nodes, Vec::new());
     Surface {
         look: Arc::new(Look::new(&graph, Vec3::Y)),
         graph,
@@ -35,6 +40,18 @@ pub fn loose(nodes: Vec<Node>, voxel: f32) -> Surface {
         voxel,
         is_sharp: true,
         superpixels: Arc::default(),
+    }
+}
+
+/// Evidence of distances alone.
+pub fn by_distance<'a>(classes: &'a [ClassId], geodesics: &'a ClassGeodesics) -> Evidence<'a> {
+    Evidence {
+        classes,
+        geodesics,
+        likeness: None,
+        votes: None,
+        objects: None,
+        prior: None,
     }
 }
 

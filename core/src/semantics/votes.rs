@@ -90,7 +90,7 @@ impl NodeVotes {
     }
 
     /// Number of a node's votes and the share of each class in them; `None` where it has none.
-    pub(super) fn shares(&self, node: usize) -> Option<(f32, Vec<f32>)> {
+    pub fn shares(&self, node: usize) -> Option<(f32, Vec<f32>)> {
         let count = self.classes.len();
         let own = &self.counts[node * count..(node + 1) * count];
         let sum: f32 = own.iter().sum();

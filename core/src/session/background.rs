@@ -32,16 +32,15 @@ impl<T: Send + 'static> Background<T> {
         }
     }
 
-    /// Takes an answer that has become ready, with the generation of its labels. Where the thread died there is none,
-    /// and the next change of the labels tries again.
-    pub(super) fn take_ready(running: &mut Option<Self>) -> Option<(u64, T)> {
+    /// Takes an answer that has become ready, with the generation of its labels; work that panicked has `None` for one.
+    pub(super) fn take_ready(running: &mut Option<Self>) -> Option<(u64, Option<T>)> {
         let answer = match running.as_ref()?.answer.try_recv() {
             Ok(answer) => answer,
             Err(TryRecvError::Empty) => return None,
             Err(TryRecvError::Disconnected) => None,
         };
         let ended = running.take()?;
-        Some((ended.generation, answer?))
+        Some((ended.generation, answer))
     }
 }
 
@@ -62,6 +61,8 @@ pub(super) fn in_background<T: Send + 'static>(
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(move |_| name.to_owned())
+        // The receiver tells: without a handler, rayon would end the program.
+        .panic_handler(|_| {})
         .build();
     if let Ok(pool) = pool {
         pool.spawn(move || {
@@ -70,4 +71,26 @@ pub(super) fn in_background<T: Send + 'static>(
         });
     }
     receiver
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_that_panics_ends_without_an_answer_and_leaves_the_program_running() {
+        let work = in_background::<()>("inplace-test", 2, || panic!("on purpose"));
+        assert!(work.recv().is_err());
+        let mut running = Some(Background::<()>::start("inplace-test", 1, 7, |_| {
+            panic!("on purpose")
+        }));
+        let ended = loop {
+            if let Some(ended) = Background::take_ready(&mut running) {
+                break ended;
+            }
+            std::thread::yield_now();
+        };
+        assert_eq!(ended, (7, None));
+        assert!(running.is_none());
+    }
 }

@@ -13,7 +13,7 @@ use super::{Command, Event};
 use crate::scene::reprojection::refine;
 use crate::scene::{Scene, SparsePoint};
 use crate::semantics::FieldDepth;
-use crate::stereo::{self, Size, StereoDepth, StereoError, Support};
+use crate::stereo::{self, StereoDepth, StereoError};
 
 /// Most sparse points that stereo adds to a scene, over all of its frames.
 const MOST_POINTS: usize = 1 << 20;
@@ -47,9 +47,8 @@ pub(super) fn estimate(
             };
             threads.install(|| {
                 let scene = with_refined_poses(scene, &|| !stopped.load(Ordering::Relaxed));
-                let mut newest = Vec::new();
-                stereo::estimate(&scene, Size::Half, &mut |_, depth| newest = depth, &go_on)?;
-                Ok((scene, newest))
+                let depth = stereo::estimate(&scene, &go_on)?;
+                Ok((scene, depth))
             })
         }
     };
@@ -95,7 +94,7 @@ fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
     for own in estimated {
         let frame = &mut Arc::make_mut(&mut scene).frames[own.frame];
         let grid = FieldDepth::from(own);
-        let confident = (0..grid.lengths.len()).filter(|&index| own.support(index) == Support::Confident);
+        let confident = (0..grid.lengths.len()).filter(|&index| own.is_confident(index));
         let points = confident.step_by(every).map(|index| SparsePoint {
             pixel: frame.camera.middle_of_reduced(own.stride, index) as u32,
             length: grid.lengths[index],

@@ -23,13 +23,8 @@ impl MapSlots {
     }
 
     /// Number of frames.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.lock().len()
-    }
-
-    /// Whether there are no frames (yet).
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// Empties all slots and makes one for each of `frames` frames.

@@ -8,7 +8,7 @@ use candle_core::{DType, Device, Tensor};
 
 use super::semantic_trainer::restored;
 use super::{RenderedView, TrainingEnd};
-use crate::field::{FieldError, Preset, Trainer, Work};
+use crate::field::{FieldError, Preset, Trainer};
 use crate::guide::Suggestion;
 use crate::labels::{LabelSet, Stroke};
 use crate::scene::{OpenOptions, Scene, SceneSource, Viewpoint};
@@ -177,8 +177,6 @@ pub struct Status {
     pub semantic_steps: u64,
     /// Why the radiance field is trained no further, if it is not; the semantic field still follows the labels.
     pub training_end: Option<TrainingEnd>,
-    /// Training steps, rays and samples of this session.
-    pub work: Work,
     /// Seconds spent training the field and refining its surface.
     pub geometry_seconds: f64,
     /// Estimated seconds from [`Command::Settle`] to the last surface; `None` where that is not known yet.

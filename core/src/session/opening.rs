@@ -3,8 +3,9 @@
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, bounded, select};
+use crossbeam_channel::{Receiver, select};
 
+use super::background::in_background;
 use super::outbox::Outbox;
 use super::serve::WorkerError;
 use super::{Command, Event, SessionOptions};
@@ -56,21 +57,13 @@ pub(super) fn open(
 /// Does work on a thread of its own and keeps the commands that arrive in the meantime; `None` as soon as one of them
 /// says stop. Where there is no thread, or the work panics, the sentence `failed` is the error.
 pub(super) fn meanwhile<T: Send + 'static>(
-    name: &str,
+    name: &'static str,
     failed: &str,
     commands: &Receiver<Command>,
     early: &mut Vec<Command>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<Option<T>, WorkerError> {
-    let (sender, done) = bounded(1);
-    let thread = std::thread::Builder::new().name(name.to_owned());
-    let spawned = thread.spawn(move || {
-        // The receiver is gone when the session was stopped.
-        let _ = sender.send(work());
-    });
-    if let Err(error) = spawned {
-        return Err(WorkerError::Other(format!("{failed}: {error}")));
-    }
+    let done = in_background(name, 1, work);
     loop {
         select! {
             recv(commands) -> command => match command {

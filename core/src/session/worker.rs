@@ -12,7 +12,6 @@ use candle_core::Tensor;
 use crossbeam_channel::Receiver;
 
 use super::background::Background;
-use super::checking::Checking;
 use super::demand::Demand;
 use super::outbox::Outbox;
 use super::rendering::ViewRendering;
@@ -25,7 +24,7 @@ use crate::field::{FieldError, Trainer};
 use crate::guide::Suggestion;
 use crate::labels::{LabelSet, Stroke};
 use crate::scene::{Scene, in_one_line};
-use crate::semantics::{FieldDepth, FrameMap, LabelPropagation, SurfaceImport};
+use crate::semantics::{FieldDepth, FrameMap, LabelPropagation, LeaveOneOut, SurfaceImport};
 use features::FeatureSearch;
 
 pub(super) struct Worker<'a> {
@@ -39,7 +38,6 @@ pub(super) struct Worker<'a> {
     demand: Demand,
     /// Imported images that are being propagated over a surface.
     importing: Option<Receiver<Option<SurfaceImport>>>,
-    checking: Checking,
     features: FeatureSearch,
     /// A newer surface, until the imported images are propagated over it too.
     waiting: Option<LabelPropagation>,
@@ -61,6 +59,10 @@ pub(super) struct Worker<'a> {
     suggesting: Option<Background<Vec<Suggestion>>>,
     /// The frames that suggestions are shown in; `None` = all.
     suggest_on: Option<BTreeSet<usize>>,
+    /// Whether the strokes are to be checked whenever the labels or the surface change.
+    checks_wanted: bool,
+    checks_due: bool,
+    checking: Option<Background<LeaveOneOut>>,
     reporter: StatusReporter,
     seconds: Seconds,
 }
@@ -110,7 +112,6 @@ impl<'a> Worker<'a> {
             refiner,
             propagation: None,
             importing: None,
-            checking: Checking::default(),
             features: FeatureSearch::new(options.features.clone()),
             waiting: None,
             labels: LabelSet::default(),
@@ -125,6 +126,9 @@ impl<'a> Worker<'a> {
             suggestions_due: false,
             suggesting: None,
             suggest_on: None,
+            checks_wanted: false,
+            checks_due: false,
+            checking: None,
             reporter: StatusReporter::new(),
             seconds: Seconds::default(),
         })
@@ -156,7 +160,7 @@ impl Worker<'_> {
                 self.generation = generation;
                 self.reporter.repeat_next();
                 self.labels_changed();
-                self.checking.start_anew();
+                self.check_anew();
                 if let Some(propagation) = &mut self.propagation {
                     let said = (&self.scene, &self.labels);
                     timed(&mut self.seconds.semantics, || {
@@ -177,7 +181,7 @@ impl Worker<'_> {
                 self.suggestions_due = true;
             }
             Command::Preview(stroke) => self.asked = Some(stroke),
-            Command::CheckStrokes => self.checking.want(),
+            Command::CheckStrokes => (self.checks_wanted, self.checks_due) = (true, true),
             Command::Render(viewpoint) => {
                 self.rendering = Some(ViewRendering::new(viewpoint));
                 self.demand.view();
@@ -220,7 +224,6 @@ impl Worker<'_> {
             steps: self.trainer.steps(),
             semantic_steps: self.semantics.steps(),
             training_end: self.demand.end(&self.trainer),
-            work: self.trainer.work(),
             geometry_seconds: self.seconds.geometry,
             seconds_to_settle: self.refiner.seconds_to_finish(),
             semantics_seconds: self.seconds.semantics,

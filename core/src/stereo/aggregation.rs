@@ -1,7 +1,6 @@
 //! Semi-global matching (Hirschmueller 2008): costs are summed along eight paths through each pixel, on which a change
 //! of depth costs extra.
 
-use super::sweep::Hypotheses;
 use super::view::View;
 use crate::lanes::{Dispatch, VectorUnit, dispatched};
 
@@ -36,12 +35,12 @@ struct Volume<'a> {
     luma: &'a [f32],
 }
 
-/// The inverse depths of least cost, between the labels by a parabola; the median of each neighbourhood of 3 x 3.
-/// `costs` are row-major `[height, width, labels]`.
+/// The inverse depths of least cost, of labels `step` apart and between them by a parabola; the median of each
+/// neighbourhood of 3 x 3. `costs` are row-major `[height, width, labels]`.
 pub fn inverse_depths(
     view: &View,
     costs: &[u8],
-    hypotheses: &Hypotheses,
+    step: f32,
     labels: usize,
     workspace: &mut Workspace,
 ) -> Vec<f32> {
@@ -57,7 +56,7 @@ pub fn inverse_depths(
     for forwards in [true, false] {
         aggregate(Dispatch::detect(), &volume, forwards, workspace);
     }
-    let of_pixel = |(index, sums): (usize, &[u16])| {
+    let of_pixel = |sums: &[u16]| {
         let least = sums.iter().copied().min().unwrap_or(0);
         let label = sums.iter().position(|&sum| sum == least).unwrap_or(0);
         let mut at = label as f32;
@@ -65,14 +64,9 @@ pub fn inverse_depths(
             let [before, own, after] = [0, 1, 2].map(|k| f32::from(sums[label + k - 1]));
             at += 0.5 * (before - after) / (before - 2.0 * own + after).max(1.0);
         }
-        hypotheses.at(index, at, labels)
+        at * step
     };
-    let best: Vec<f32> = workspace
-        .sums
-        .chunks_exact(labels)
-        .enumerate()
-        .map(of_pixel)
-        .collect();
+    let best: Vec<f32> = workspace.sums.chunks_exact(labels).map(of_pixel).collect();
     median(&best, volume.width)
 }
 

@@ -7,7 +7,7 @@ use super::consistency::Tolerance;
 use super::level::Level;
 use super::selection::select;
 use super::view::View;
-use super::{StereoError, Work};
+use super::{EXPLORING, StereoError, Work};
 use crate::scene::{Frame, Scene};
 
 /// Nearest depth that is looked for at first, as a share of the cameras' extent.
@@ -63,7 +63,7 @@ pub fn explore(level: &Level, scene: &Scene, frames: &[usize], work: &Work) -> R
         nearest: NEAREST * extent,
         neighbours: neighbours(views, assumed),
     };
-    let matched = level.matched(&setup, None, work)?;
+    let matched = level.matched(&setup, EXPLORING, work)?;
     let all = |_, _| true;
     let sure = level.checked(&setup, &matched, TOLERANCE, all, |own, verdict| {
         if verdict.is_sure(AGREE) { own } else { 0.0 }

@@ -18,6 +18,13 @@ pub struct Seed {
     pub inverse: f32,
 }
 
+impl Seed {
+    /// Whether it was matched in the view itself, in several views alike.
+    pub fn is_confident(&self) -> bool {
+        self.weight >= 1.0
+    }
+}
+
 /// Buffers that go from view to view.
 #[derive(Default)]
 pub struct Workspace {

@@ -7,18 +7,15 @@ use super::consistency::{Tolerance, Verdict, verdicts};
 use super::exploration::Setup;
 use super::filling::{self, Seed, fill};
 use super::selection::{CHECKED, MATCHED};
-use super::sweep::{self, Hypotheses};
+use super::sweep;
 use super::view::{View, Warp};
-use super::{Size, StereoError, Support, Work};
+use super::{FILLING, StereoError, Work};
 use crate::scene::{Scene, SceneError};
 
 /// How far apart hypotheses are in the median view that is matched with, in pixels, and how many there may be. The
 /// smallest images are matched before it is known how near the scene comes.
 const LABEL_STEP: f32 = 1.0;
 const LABELS: std::ops::RangeInclusive<usize> = 32..=128;
-/// Hypotheses around known depth, and the share of the depth between them.
-const FINE_LABELS: usize = 16;
-const FINE_STEP: f32 = 0.02;
 
 /// When a matched depth is sure: this many views agree, and more than see through it.
 const MATCHED_TOLERANCE: Tolerance = Tolerance {
@@ -46,11 +43,7 @@ const AT_A_TIME: usize = 4;
 /// All views at one size.
 pub struct Level {
     pub views: Vec<View>,
-    size: Size,
 }
-
-/// Gets the inverse depths of all views and their support, and what was added to them last.
-pub type Publish<'a> = dyn FnMut(Support, &[Vec<f32>], &[Vec<Support>]) + 'a;
 
 #[derive(Default)]
 struct Workspace {
@@ -60,72 +53,46 @@ struct Workspace {
 }
 
 impl Level {
-    /// The frames at a size; `stride` is that of full size.
+    /// The frames at 1/`stride` of their resolution.
     ///
     /// # Errors
     /// A file that can no longer be read.
-    pub fn read(scene: &Scene, frames: &[usize], stride: u32, size: Size) -> Result<Self, SceneError> {
-        let stride = match size {
-            Size::Quarter => 4 * stride,
-            Size::Half => 2 * stride,
-            Size::Full => stride,
-        };
+    pub fn read(scene: &Scene, frames: &[usize], stride: u32) -> Result<Self, SceneError> {
         let view = |&frame: &usize| {
             let frame = &scene.frames[frame];
             Ok(View::new(frame, &frame.pixels()?.color, stride))
         };
         let views = frames.par_iter().map(view).collect::<Result<_, SceneError>>()?;
-        Ok(Self { views, size })
+        Ok(Self { views })
     }
 
-    /// Inverse depths by matching: of all hypotheses, or around those that are `known`.
+    /// Inverse depths by matching; each view is so many parts of the work.
     ///
     /// # Errors
     /// The caller wants no more.
-    pub fn matched(
-        &self,
-        setup: &Setup,
-        known: Option<&[Vec<f32>]>,
-        work: &Work,
-    ) -> Result<Vec<Vec<f32>>, StereoError> {
+    pub fn matched(&self, setup: &Setup, parts: usize, work: &Work) -> Result<Vec<Vec<f32>>, StereoError> {
         let one = |workspace: &mut Workspace, number: usize| {
-            let known = known.map(|known| known[number].as_slice());
-            let matched = self.match_view(number, setup, known, workspace);
-            work.advance(Work::MATCHING[self.size as usize])?;
+            let matched = self.match_view(number, setup, workspace);
+            work.advance(parts)?;
             Ok(matched)
         };
         let views = (0..self.views.len()).into_par_iter().with_min_len(AT_A_TIME);
         views.map_init(Workspace::default, one).collect()
     }
 
-    fn match_view(
-        &self,
-        number: usize,
-        setup: &Setup,
-        known: Option<&[f32]>,
-        workspace: &mut Workspace,
-    ) -> Vec<f32> {
+    fn match_view(&self, number: usize, setup: &Setup, workspace: &mut Workspace) -> Vec<f32> {
         let view = &self.views[number];
         let sources = setup.neighbours[number].iter().take(MATCHED);
         let sources: Vec<&View> = sources.map(|&other| &self.views[other]).collect();
-        let (hypotheses, labels) = match known {
-            Some(inverse) => {
-                let step = FINE_STEP;
-                (Hypotheses::Around { inverse, step }, FINE_LABELS)
-            }
-            None => {
-                let labels = label_count(view, &sources, setup.nearest);
-                let step = 1.0 / (setup.nearest * (labels - 1) as f32);
-                (Hypotheses::Planes { step }, labels)
-            }
-        };
+        let labels = label_count(view, &sources, setup.nearest);
+        let step = 1.0 / (setup.nearest * (labels - 1) as f32);
         let Workspace {
             sweep,
             aggregation,
             costs,
         } = workspace;
-        sweep::costs(view, &sources, &hypotheses, labels, sweep, costs);
-        aggregation::inverse_depths(view, costs, &hypotheses, labels, aggregation)
+        sweep::costs(view, &sources, step, labels, sweep, costs);
+        aggregation::inverse_depths(view, costs, step, labels, aggregation)
     }
 
     /// What the other views say of each pixel that is wanted, by view and index.
@@ -208,37 +175,18 @@ impl Level {
         found.into_iter().map(seed).collect()
     }
 
-    /// Fills what views are not sure of, and again with what they agree on then. `publish` gets inverse depths and their
-    /// support after each of three stages; the last inverse depths come back.
+    /// Fills what views are not sure of, and again with what they agree on then.
     ///
     /// # Errors
     /// The caller wants no more.
     pub fn completed(
         &self,
         setup: &Setup,
-        mut seeds: Vec<Vec<Seed>>,
+        seeds: &mut [Vec<Seed>],
         work: &Work,
-        publish: &mut Publish,
     ) -> Result<Vec<Vec<f32>>, StereoError> {
-        let of_seed = |seed: &Seed| {
-            if seed.weight < 1.0 {
-                Support::Filled
-            } else {
-                Support::Confident
-            }
-        };
-        let of_seeds = |seeds: &Vec<Seed>| seeds.iter().map(of_seed).collect();
-        let mut supports: Vec<Vec<Support>> = seeds.iter().map(of_seeds).collect();
-        let known = |seed: &Seed| if seed.weight < 1.0 { 0.0 } else { seed.inverse };
-        let confident: Vec<Vec<f32>> = seeds
-            .iter()
-            .map(|seeds| seeds.iter().map(known).collect())
-            .collect();
-        publish(Support::Confident, &confident, &supports);
-        drop(confident);
-        let filled = self.filled(setup, &seeds, work)?;
-        publish(Support::Filled, &filled, &supports);
-        let is_filled = |view: usize, index: usize| supports[view][index] == Support::Filled;
+        let filled = self.filled(setup, seeds, work)?;
+        let is_filled = |view: usize, index: usize| !seeds[view][index].is_confident();
         let votes = self.checked(setup, &filled, FILLED_TOLERANCE, is_filled, |_, verdict| {
             let is_voted = verdict.agree >= AGREE_FILLED && verdict.agree >= 2 * verdict.violate;
             Seed {
@@ -247,19 +195,12 @@ impl Level {
             }
         });
         drop(filled);
-        for ((seeds, supports), votes) in seeds.iter_mut().zip(&mut supports).zip(votes) {
-            for ((seed, support), vote) in seeds.iter_mut().zip(supports).zip(votes) {
-                if vote.weight > 0.0 {
-                    *support = Support::Voted;
-                }
-                if vote.weight > seed.weight {
-                    *seed = vote;
-                }
+        for (seed, vote) in seeds.iter_mut().flatten().zip(votes.into_iter().flatten()) {
+            if vote.weight > seed.weight {
+                *seed = vote;
             }
         }
-        let voted = self.filled(setup, &seeds, work)?;
-        publish(Support::Voted, &voted, &supports);
-        Ok(voted)
+        self.filled(setup, seeds, work)
     }
 
     /// Inverse depth everywhere: that of the seeds where they were matched, and planes between them.
@@ -268,26 +209,15 @@ impl Level {
         let one = |workspace: &mut filling::Workspace, number: usize| {
             let mut filled = fill(&self.views[number], &seeds[number], farthest, workspace);
             for (filled, seed) in filled.iter_mut().zip(&seeds[number]) {
-                if seed.weight >= 1.0 {
+                if seed.is_confident() {
                     *filled = seed.inverse;
                 }
             }
-            work.advance(Work::FILLING[self.size as usize])?;
+            work.advance(FILLING)?;
             Ok(filled)
         };
         let views = (0..self.views.len()).into_par_iter().with_min_len(AT_A_TIME);
         views.map_init(filling::Workspace::default, one).collect()
-    }
-
-    /// The inverse depths of the same views at half the size, at the size of these.
-    pub fn enlarged(&self, half: &Self, inverse: &[Vec<f32>]) -> Vec<Vec<f32>> {
-        let enlarge = |((view, half), inverse): ((&View, &View), &Vec<f32>)| {
-            let [width, half_width] = [view, half].map(|view| view.camera.width as usize);
-            let parent = |index: usize| inverse[index / width / 2 * half_width + index % width / 2];
-            (0..view.camera.pixels()).map(parent).collect()
-        };
-        let views = self.views.par_iter().zip(&half.views).zip(inverse);
-        views.map(enlarge).collect()
     }
 }
 

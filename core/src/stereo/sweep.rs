@@ -14,40 +14,6 @@ const SCALE: f32 = 160.0;
 /// Labels whose costs are written together.
 const BLOCK: usize = 16;
 
-/// The inverse z-depths that are tried, per metre.
-pub enum Hypotheses<'a> {
-    /// The same for all pixels: planes that face the camera, `step` apart from 0 on.
-    Planes { step: f32 },
-    /// Around those of the pixels: this share of them apart, half of the labels below them.
-    Around { inverse: &'a [f32], step: f32 },
-}
-
-impl Hypotheses<'_> {
-    /// The inverse depth of a pixel at a label, which may lie between two.
-    pub fn at(&self, index: usize, label: f32, labels: usize) -> f32 {
-        match self {
-            Self::Planes { step } => label * step,
-            Self::Around { inverse, step } => inverse[index] * around(label, labels, *step),
-        }
-    }
-
-    fn fill(&self, start: usize, label: usize, labels: usize, into: &mut [f32]) {
-        match self {
-            Self::Planes { step } => into.fill(label as f32 * step),
-            Self::Around { inverse, step } => {
-                let factor = around(label as f32, labels, *step);
-                for (into, inverse) in into.iter_mut().zip(&inverse[start..]) {
-                    *into = inverse * factor;
-                }
-            }
-        }
-    }
-}
-
-fn around(label: f32, labels: usize, step: f32) -> f32 {
-    1.0 + (label - (labels / 2) as f32) * step
-}
-
 /// Buffers that go from view to view.
 #[derive(Default)]
 pub struct Workspace {
@@ -61,7 +27,6 @@ pub struct Workspace {
 /// What is known of single rows.
 #[derive(Default)]
 struct Rows {
-    inverse: Vec<f32>,
     index: Vec<u32>,
     right: Vec<f32>,
     below: Vec<f32>,
@@ -75,7 +40,7 @@ struct Rows {
 
 impl Rows {
     fn resize(&mut self, width: usize) {
-        let rows = [&mut self.inverse, &mut self.right, &mut self.below];
+        let rows = [&mut self.right, &mut self.below];
         let sums = self.sums.iter_mut().flatten().chain(&mut self.outside);
         for row in rows.into_iter().chain(sums) {
             row.resize(width, 0.0);
@@ -142,11 +107,12 @@ struct Source {
 }
 
 /// Writes the costs of all pixels at all labels, `[pixels, labels]`: 160 (1 - c), c the mean of the three highest
-/// zero-mean normalised cross-correlations of 5 x 5 pixels with the sources. The number of labels is a multiple of 16.
+/// zero-mean normalised cross-correlations of 5 x 5 pixels with the sources. Labels are planes that face the camera,
+/// `step` per metre apart in inverse z-depth, from 0 on; their number is a multiple of 16.
 pub fn costs(
     view: &View,
     sources: &[&View],
-    hypotheses: &Hypotheses,
+    step: f32,
     labels: usize,
     workspace: &mut Workspace,
     into: &mut Vec<u8>,
@@ -177,8 +143,7 @@ pub fn costs(
                 best.resize(pixels, f32::INFINITY);
             }
             for source in &sources {
-                let fill = |start: usize, into: &mut [f32]| hypotheses.fill(start, label, labels, into);
-                compare(&reference, source, &fill, rows, best, dispatch);
+                compare(&reference, source, label as f32 * step, rows, best, dispatch);
             }
             finish(dispatch, best, plane);
         }
@@ -194,7 +159,7 @@ pub fn costs(
 fn compare(
     reference: &Reference,
     source: &Source,
-    inverse: &dyn Fn(usize, &mut [f32]),
+    inverse: f32,
     rows: &mut Rows,
     best: &mut [Vec<f32>; 3],
     dispatch: Dispatch,
@@ -202,8 +167,7 @@ fn compare(
     let &Reference { width, height, .. } = reference;
     for row in 0..height + RADIUS {
         if row < height {
-            inverse(row * width, &mut rows.inverse);
-            locate(dispatch, source, row, rows);
+            locate(dispatch, source, inverse, row, rows);
             for (quad, &index) in rows.quads.iter_mut().zip(&rows.index) {
                 *quad = source.quads[index as usize];
             }
@@ -228,14 +192,14 @@ fn compare(
 }
 
 dispatched! {
-    /// Finds where a row's pixels lie in the source.
-    fn locate = locate_on(source: &Source, row: usize, rows: &mut Rows)
+    /// Finds where a row's pixels lie in the source at an inverse z-depth.
+    fn locate = locate_on(source: &Source, inverse: f32, row: usize, rows: &mut Rows)
 }
 
 #[inline(always)]
-fn locate_on<U: VectorUnit>(_: U, source: &Source, row: usize, rows: &mut Rows) {
-    let count = rows.inverse.len();
-    let (inverse, index) = (&rows.inverse[..count], &mut rows.index[..count]);
+fn locate_on<U: VectorUnit>(_: U, source: &Source, inverse: f32, row: usize, rows: &mut Rows) {
+    let count = rows.index.len();
+    let index = &mut rows.index[..];
     let (right, below) = (&mut rows.right[..count], &mut rows.below[..count]);
     let outside = &mut rows.outside[row % ROWS][..count];
     let Warp { turn, shift } = source.warp;
@@ -244,10 +208,10 @@ fn locate_on<U: VectorUnit>(_: U, source: &Source, row: usize, rows: &mut Rows) 
     let width = source.width as u32;
     for k in 0..count {
         let u = k as f32;
-        let z = start.z + u * turn.x_axis.z + inverse[k] * shift.z;
+        let z = start.z + u * turn.x_axis.z + inverse * shift.z;
         let scale = 1.0 / z;
-        let x = (start.x + u * turn.x_axis.x + inverse[k] * shift.x) * scale - 0.5;
-        let y = (start.y + u * turn.x_axis.y + inverse[k] * shift.y) * scale - 0.5;
+        let x = (start.x + u * turn.x_axis.x + inverse * shift.x) * scale - 0.5;
+        let y = (start.y + u * turn.x_axis.y + inverse * shift.y) * scale - 0.5;
         let is_inside = (z > 1e-6) & (x >= -0.5) & (y >= -0.5) & (x <= last_x + 0.5) & (y <= last_y + 0.5);
         outside[k] = if is_inside { 0.0 } else { f32::INFINITY };
         // Not a number becomes zero.
@@ -267,7 +231,7 @@ dispatched! {
 
 #[inline(always)]
 fn sum_row_on<U: VectorUnit>(_: U, reference: &[f32], slot: usize, rows: &mut Rows) {
-    let count = rows.inverse.len();
+    let count = rows.quads.len();
     let (scale, offset) = View::luma_scale();
     {
         let quads = &rows.quads[..count];

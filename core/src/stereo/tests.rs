@@ -54,24 +54,25 @@ pub(crate) fn capture(board: bool) -> (Scene, Vec<Vec<f32>>) {
     (scene(frames), depths)
 }
 
-fn stages(scene: &Scene) -> Vec<(Stage, Vec<StereoDepth>)> {
-    let mut stages = Vec::new();
-    estimate(
-        scene,
-        Size::Full,
-        &mut |stage, maps| stages.push((stage, maps)),
-        &|_| true,
-    )
-    .unwrap();
-    stages
+fn depth(scene: &Scene) -> Vec<StereoDepth> {
+    estimate(scene, &|_| true).unwrap()
 }
 
-/// Relative errors of all pixels of maps of full size that have depth.
-fn errors(maps: &[StereoDepth], truth: &[Vec<f32>]) -> Vec<f32> {
+/// Relative errors of all pixels that have depth and are wanted.
+fn errors(
+    scene: &Scene,
+    maps: &[StereoDepth],
+    truth: &[Vec<f32>],
+    wanted: impl Fn(&StereoDepth, usize) -> bool,
+) -> Vec<f32> {
     let of_map = |map: &StereoDepth| {
-        let truth = &truth[map.frame];
-        let error = |index: usize| Some((map.z_depth(index)? / truth[index] - 1.0).abs());
-        (0..truth.len()).filter_map(error).collect::<Vec<f32>>()
+        let camera = &scene.frames[map.frame].camera;
+        let error = |index: usize| {
+            let truth = truth[map.frame][camera.middle_of_reduced(map.stride, index)];
+            Some((map.z_depth(index)? / truth - 1.0).abs())
+        };
+        let pixels = (0..map.camera.pixels()).filter(|&index| wanted(map, index));
+        pixels.filter_map(error).collect::<Vec<f32>>()
     };
     maps.iter().flat_map(of_map).collect()
 }
@@ -81,27 +82,22 @@ fn share(values: &[f32], most: f32) -> f32 {
 }
 
 #[test]
-fn a_wall_is_found_at_its_depth_in_stages_that_grow() {
+fn a_wall_is_found_at_its_depth_in_images_of_half_the_size() {
     let (scene, truth) = capture(false);
-    let stages = stages(&scene);
-    let order = stages.iter().map(|(stage, _)| (stage.size, stage.support));
-    let each = [Support::Confident, Support::Filled, Support::Voted];
-    let expected = [Size::Half, Size::Full].map(|size| each.map(|support| (size, support)));
-    assert!(order.eq(expected.into_iter().flatten()));
-    let (_, last) = &stages[5];
-    let errors = errors(last, &truth);
-    assert_eq!(errors.len(), 7 * scene.frames[0].camera.pixels());
+    let maps = depth(&scene);
+    let errors = errors(&scene, &maps, &truth, |_, _| true);
+    assert_eq!(errors.len(), 7 * scene.frames[0].camera.pixels() / 4);
     assert!(share(&errors, 0.01) > 0.9, "{}", share(&errors, 0.01));
-    let half = stages[0].1[3].camera;
+    let half = maps[3].camera;
     assert_eq!([half.width, half.height], SIZE.map(|side| side / 2));
 }
 
 #[test]
 fn depth_changes_where_a_thing_ends() {
     let (scene, truth) = capture(true);
-    let stages = stages(&scene);
-    let confident = errors(&stages[3].1, &truth);
-    let all = errors(&stages[5].1, &truth);
+    let maps = depth(&scene);
+    let confident = errors(&scene, &maps, &truth, StereoDepth::is_confident);
+    let all = errors(&scene, &maps, &truth, |_, _| true);
     assert!(share(&confident, 0.03) > 0.97, "{}", share(&confident, 0.03));
     assert!(share(&all, 0.03) > 0.93, "{}", share(&all, 0.03));
 }
@@ -110,9 +106,8 @@ fn depth_changes_where_a_thing_ends() {
 fn measured_depth_is_not_looked_at_and_threads_do_not_matter() {
     let (mut scene, truth) = capture(true);
     let steps = |scene: &Scene, threads: usize| {
-        let stages = on_threads(threads, || stages(scene));
-        let maps = stages.into_iter().flat_map(|(_, maps)| maps);
-        maps.map(|map| map.steps).collect::<Vec<_>>()
+        let maps = on_threads(threads, || depth(scene)).into_iter();
+        maps.map(|map| (map.steps, map.is_confident)).collect::<Vec<_>>()
     };
     let one = steps(&scene, 1);
     for (frame, truth) in scene.frames.iter_mut().zip(truth) {
@@ -125,14 +120,12 @@ fn measured_depth_is_not_looked_at_and_threads_do_not_matter() {
 #[test]
 fn without_parallax_or_when_told_to_it_stops() {
     let (mut scene, _) = capture(false);
-    let stopped = estimate(&scene, Size::Full, &mut |_, _| panic!("it has stopped"), &|_| {
-        false
-    });
+    let stopped = estimate(&scene, &|_| false);
     assert!(matches!(stopped, Err(StereoError::Stopped)), "{stopped:?}");
     for frame in &mut scene.frames {
         frame.camera_to_world.translation = Vec3::ONE.into();
     }
-    let error = estimate(&scene, Size::Full, &mut |_, _| {}, &|_| true).unwrap_err();
+    let error = estimate(&scene, &|_| true).unwrap_err();
     assert!(matches!(error, StereoError::NoParallax), "{error}");
 }
 

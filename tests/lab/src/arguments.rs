@@ -137,7 +137,7 @@ pub enum Bench {
     /// What such methods fail at: each condition disturbs a scene, its labels or the session, and has a line that its
     /// figure must reach. Fails where one is missed.
     Stability(StabilityArguments),
-    /// Depth that is estimated from colours alone, after each stage, beside the capture's measured depth.
+    /// Depth that is estimated from colours alone, beside the capture's measured depth.
     Stereo(StereoArguments),
     /// How time and memory grow with frames, image size, rooms, classes and strokes, and with which power: the demo room,
     /// each capture in a process of its own.

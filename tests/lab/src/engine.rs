@@ -165,7 +165,6 @@ fn training_run(
         let Some(held_out) = trainer.evaluate_against(truth)? else {
             continue;
         };
-        let work = trainer.work();
         points.push(RunPoint {
             scene: scene.name(),
             preset: name.to_owned(),
@@ -173,8 +172,8 @@ fn training_run(
             seed,
             seconds,
             steps: trainer.steps(),
-            rays_per_s: work.rays as f64 / seconds,
-            steps_per_s: work.steps as f64 / seconds,
+            rays_per_s: trainer.rays() as f64 / seconds,
+            steps_per_s: trainer.steps() as f64 / seconds,
             samples_per_ray: trainer.samples_per_ray(),
             depth_error_m: held_out.depth_error,
             depth_error_rel: held_out.relative_depth_error,
@@ -193,7 +192,7 @@ fn random_samples(volume: &Volume) -> Samples {
     let ray = |_| {
         let mut random = || rng.random_range(-1.0_f32..1.0);
         Ray {
-            origin: volume.to_world(Vec3::splat(0.5)) + 0.3 * Vec3::new(random(), random(), random()),
+            origin: volume.min + 0.5 * volume.side + 0.3 * Vec3::new(random(), random(), random()),
             direction: Vec3::new(random(), random(), random()).normalize_or(Vec3::X),
             length: Some(2.0 + random()),
         }

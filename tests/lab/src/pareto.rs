@@ -43,7 +43,7 @@ const SIZES: [(&str, [f32; 2]); 5] = [
 pub enum Method {
     /// A session of the program.
     Preset(Preset),
-    /// Stereo, at half and then at full size.
+    /// Stereo, without a field.
     Stereo,
     /// A field on what was measured and its surface, in one of [`SIZES`].
     Sized(usize),

@@ -1,6 +1,6 @@
 //! `inplace-lab bench stereo`: how good the depth is that multi-view stereo estimates from colours alone, beside measured depth that it never sees.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use super::page::Page;
 use super::table::csv;
 use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource};
 use inplace_core::session::Progress;
-use inplace_core::stereo::{Size, Stage, StereoDepth, estimate};
+use inplace_core::stereo::{StereoDepth, estimate};
 use inplace_core::{cores, export};
 
 /// Neighbouring pixels whose depths differ by more than this share of the nearer are an edge.
@@ -22,20 +22,18 @@ const BAND: usize = 3;
 
 /// The columns of `stereo.csv`.
 const COLUMNS: &str =
-    "scene size stage seconds:2 complete:4 error:5 within_1:4 within_5:4 within_10:4 edge_error:5";
+    "scene seconds:2 confident:4 complete:4 error:5 within_1:4 within_5:4 within_10:4 edge_error:5";
 
-/// How good the depth of all keyframes is after a stage. Shares are of the pixels with measured depth, errors relative to
-/// it; unknown without any.
+/// How good the depth of all keyframes is. Shares are of the pixels with measured depth, errors relative to it; unknown
+/// without any.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct StereoPoint {
     /// Name of the scene.
     scene: String,
-    /// Size of the images, `half` or `full`.
-    size: &'static str,
-    /// What was added last: `confident`, `filled` or `voted` pixels.
-    stage: &'static str,
-    /// Wall time since the scene was open, in seconds, without that of measuring.
+    /// Wall time since the scene was open, in seconds.
     seconds: f64,
+    /// Share of all pixels that were matched, in several views alike.
+    confident: f64,
     /// Share of all pixels that have depth.
     complete: f64,
     /// Median error of the pixels that have depth.
@@ -66,7 +64,7 @@ pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
         let scene = Scene::open(&source, options, &|_, _| {})?;
         let progress = Progress::default();
         let told = |share: f32| progress.show_share(argument.display().to_string(), share);
-        points.extend(pool.install(|| stereo_depth(&scene, &told))?);
+        points.push(pool.install(|| stereo_depth(scene, &told))?);
     }
     export::write(&out.join("stereo.csv"), csv(&points, COLUMNS)?.as_bytes())?;
     page(threads, &points)?.publish(&arguments.output, "stereo", &points)
@@ -75,44 +73,36 @@ pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
 fn page(threads: usize, points: &[StereoPoint]) -> Result<Page, Failure> {
     let mut page = Page::default();
     page.paragraph(&format!(
-        "Depth from colours alone, {threads} threads: per cent of the pixels that have depth, relative errors of the \
-         median pixel and of that near edges of the measured depth, and per cent of the pixels within 1, 5 and 10%."
+        "Depth from colours alone, {threads} threads: per cent of the pixels that several views match alike, and \
+         that have depth, relative errors of the median pixel and of that near edges of the measured depth, and per cent \
+         of the pixels within 1, 5 and 10%."
     ));
     page.means(
         points,
-        "scene | size | stage | seconds:1 | complete:1% | median=error:2% | at edges=edge_error:2% | 1%=within_1:1% | \
+        "scene | seconds:1 | confident:1% | complete:1% | median=error:2% | at edges=edge_error:2% | 1%=within_1:1% | \
          5%=within_5:1% | 10%=within_10:1%",
     )?;
     Ok(page)
 }
 
-/// Refines the poses of a scene where that helps, estimates its depth as a session does, and measures it after each stage;
-/// `told` hears which share of the work is done.
+/// Refines the poses of a scene where that helps, estimates its depth as a session does, and measures it; `told` hears
+/// which share of the work is done.
 ///
 /// # Errors
 /// A scene without parallax, or whose files can no longer be read.
-fn stereo_depth(scene: &Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<StereoPoint>, Failure> {
+fn stereo_depth(mut scene: Scene, told: &(dyn Fn(f32) + Sync)) -> Result<StereoPoint, Failure> {
     let start = Instant::now();
-    let mut scene = scene.clone();
     refine_poses(&mut scene);
-    let mut measuring = Duration::ZERO;
-    let mut points = Vec::new();
-    let mut publish = |stage: Stage, maps: Vec<StereoDepth>| {
-        let seconds = (start.elapsed() - measuring).as_secs_f64();
-        let begun = Instant::now();
-        points.push(measured(&scene, stage, &maps, seconds));
-        measuring += begun.elapsed();
-    };
     let go_on = |share: f32| {
         told(share);
         true
     };
-    estimate(&scene, Size::Full, &mut publish, &go_on)?;
-    Ok(points)
+    let maps = estimate(&scene, &go_on)?;
+    Ok(measured(&scene, &maps, start.elapsed().as_secs_f64()))
 }
 
-fn measured(scene: &Scene, stage: Stage, maps: &[StereoDepth], seconds: f64) -> StereoPoint {
-    let (mut pixels, mut known, mut measured) = (0, 0, 0);
+fn measured(scene: &Scene, maps: &[StereoDepth], seconds: f64) -> StereoPoint {
+    let (mut pixels, mut confident, mut known, mut measured) = (0, 0, 0, 0);
     let (mut errors, mut at_edges) = (Vec::new(), Vec::new());
     for map in maps {
         let frame = &scene.frames[map.frame];
@@ -122,7 +112,9 @@ fn measured(scene: &Scene, stage: Stage, maps: &[StereoDepth], seconds: f64) -> 
         pixels += frame.camera.pixels();
         for (index, (truth, is_near_edge)) in truth.into_iter().zip(band).enumerate() {
             let [column, row] = [index as u32 % width, index as u32 / width].map(|at| at / stride);
-            let own = map.z_depth((row * map.camera.width + column) as usize);
+            let at = (row * map.camera.width + column) as usize;
+            let own = map.z_depth(at);
+            confident += usize::from(map.is_confident(at));
             known += usize::from(own.is_some());
             let Some(truth) = truth else {
                 continue;
@@ -144,9 +136,8 @@ fn measured(scene: &Scene, stage: Stage, maps: &[StereoDepth], seconds: f64) -> 
     let [within_1, within_5, within_10] = [0.01, 0.05, 0.1].map(within);
     StereoPoint {
         scene: scene.name(),
-        size: stage.size.name(),
-        stage: stage.support.name(),
         seconds,
+        confident: confident as f64 / pixels as f64,
         complete: known as f64 / pixels as f64,
         within_1,
         within_5,

@@ -253,7 +253,7 @@ pub(super) mod tests {
             ..nodes[0]
         });
         Arc::new(Surface {
-            graph: SurfaceGraph::from_edges(nodes, &[]),
+            graph: SurfaceGraph::new(nodes),
             pixels: Vec::new(),
             voxel: 0.1,
             ..Surface::default()

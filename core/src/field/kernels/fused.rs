@@ -125,15 +125,6 @@ pub struct Evaluated {
     pub features: Vec<f32>,
 }
 
-impl Evaluated {
-    /// Forgets all values, but not their memory.
-    pub fn clear(&mut self) {
-        self.density.clear();
-        self.color.clear();
-        self.features.clear();
-    }
-}
-
 /// What [`evaluate`] gives beside the density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {

@@ -49,12 +49,10 @@ impl Worker<'_> {
     /// Has the present surface know what the network sees as soon as that is known; those to come are built with it.
     pub(super) fn take_features_if_ready(&mut self) {
         if let FeatureSearch::Running(running) = &mut self.features {
-            let found = match Background::take_ready(running) {
-                Some((_, found)) => found,
-                None if running.is_some() => return,
-                None => Err(FeatureError::Ended),
+            let Some((_, found)) = Background::take_ready(running) else {
+                return;
             };
-            self.features = match found {
+            self.features = match found.unwrap_or(Err(FeatureError::Ended)) {
                 Ok(features) => {
                     self.refiner.set_features(features);
                     FeatureSearch::Known

@@ -42,7 +42,7 @@ impl Worker<'_> {
         }
         self.find_features();
         self.propagation = Some(propagation);
-        self.checking.start_anew();
+        self.check_anew();
         if self.demand.readers().maps {
             self.semantics.start_evaluation();
         }
@@ -97,7 +97,7 @@ impl Worker<'_> {
         let import = import.filter(|import| import.is_of(&self.labels));
         if let (Some(import), Some(propagation)) = (import, &mut self.propagation) {
             timed(&mut self.seconds.semantics, || propagation.set_import(import));
-            self.checking.start_anew();
+            self.check_anew();
             self.labels_changed();
             self.refresh_all();
         }

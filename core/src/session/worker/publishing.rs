@@ -103,26 +103,53 @@ impl Worker<'_> {
             ));
         }
         if let Some((generation, suggestions)) = Background::take_ready(&mut self.suggesting) {
+            let died = suggestions.is_none();
+            // Whoever waits for places waits no longer.
             self.outbox.send(Event::Suggestions {
                 generation,
-                suggestions,
+                suggestions: suggestions.unwrap_or_default(),
             });
+            if died {
+                self.warn_of_end("no places are suggested");
+            }
         }
     }
 
     /// Has the strokes checked once all maps follow them, and reports the result.
     pub(super) fn check(&mut self) {
-        if let Some(propagation) = &self.propagation {
-            self.checking
-                .start_if_due(propagation, &self.scene, self.generation);
+        let is_due = self.checks_wanted && self.checks_due;
+        if let Some(propagation) = self.propagation.as_ref().filter(|_| is_due) {
+            self.checks_due = false;
+            let validation = propagation.cross_validation(&self.scene);
+            let run = |cancelled: &AtomicBool| validation.run(cancelled);
+            // One thread: training runs at the same time, and nobody waits for the answer.
+            self.checking = Some(Background::start("inplace-checking", 1, self.generation, run));
         }
-        if let Some((generation, checks)) = self.checking.ready() {
+        if let Some((generation, checks)) = Background::take_ready(&mut self.checking) {
+            let died = checks.is_none();
+            let checks = checks.unwrap_or_default();
             self.outbox.send(Event::StrokeChecks {
                 generation,
                 checks: checks.strokes,
                 accuracy: checks.accuracy,
             });
+            if died {
+                self.warn_of_end("the strokes are not checked");
+            }
         }
+    }
+
+    /// Says what there is not since the work on it panicked.
+    fn warn_of_end(&self, what: &str) {
+        self.outbox.send(Event::Warning(format!(
+            "{what} because of an internal error; the next change of the labels tries again"
+        )));
+    }
+
+    /// The labels or the surface have changed: cancels the check under way and starts another one later.
+    pub(super) fn check_anew(&mut self) {
+        self.checks_due = true;
+        self.checking = None;
     }
 
     /// Renders a slice of the requested view; `false` when there is none.

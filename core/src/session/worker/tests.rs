@@ -72,3 +72,29 @@ fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth()
     worker.handle(Command::Settle).unwrap();
     assert!(!worker.refiner.is_rendering() && worker.refiner.is_done());
 }
+
+#[test]
+fn suggestions_and_checks_that_panic_end_with_an_empty_answer_and_a_warning() {
+    let (sender, events) = crossbeam_channel::unbounded();
+    let (outbox, options) = (Outbox::new(sender, Arc::default(), Box::new(|| {})), options());
+    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
+    worker.suggesting = Some(Background::start("inplace-test", 1, 7, |_| panic!("on purpose")));
+    worker.checking = Some(Background::start("inplace-test", 1, 7, |_| panic!("on purpose")));
+    let end = Instant::now() + Duration::from_secs(60);
+    while worker.suggesting.is_some() || worker.checking.is_some() {
+        worker.suggest();
+        worker.check();
+        assert!(Instant::now() < end);
+    }
+    let events: Vec<Event> = events.try_iter().collect();
+    let warnings = events.iter().filter(|event| matches!(event, Event::Warning(_)));
+    assert_eq!(warnings.count(), 2);
+    assert!(events.iter().any(|event| matches!(
+        event,
+        Event::Suggestions { generation: 7, suggestions } if suggestions.is_empty()
+    )));
+    assert!(events.iter().any(|event| matches!(
+        event,
+        Event::StrokeChecks { generation: 7, checks, accuracy: None } if checks.is_empty()
+    )));
+}

@@ -13,7 +13,7 @@ use inplace_core::labels::{ClassId, LabelSet};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{FieldDepth, LabelPropagation, Surface};
 use inplace_core::session::{Client, Command, Event, Phase, SessionOptions};
-use inplace_core::stereo::{Size, Stage, StereoDepth, Support, estimate};
+use inplace_core::stereo::estimate;
 
 const GENERATION: u64 = 1;
 
@@ -162,32 +162,24 @@ impl ParetoRun {
         })
     }
 
-    /// The surfaces that stereo finds, at half and at full size, and the labels propagated over each.
+    /// The surface that stereo finds, and the labels propagated over it.
     fn of_stereo(&self, prepared: &Prepared) -> Result<Vec<ParetoPoint>, Failure> {
-        let mut clock = Clock::start();
+        let start = Instant::now();
         pool(self.session.threads)?.install(|| {
             let mut scene = Scene::open(&self.session.source, self.session.open, &|_, _| {})?;
             refine_poses(&mut scene);
             let scene = Arc::new(scene);
+            let mut depth = vec![None; scene.frames.len()];
+            for own in estimate(&scene, &|_| true)? {
+                depth[own.frame] = Some(Arc::new(FieldDepth::from(&own)));
+            }
             let extent = Volume::around(&scene.bounds()).side;
-            let mut points = Vec::new();
-            let mut publish = |stage: Stage, maps: Vec<StereoDepth>| {
-                if stage.support != Support::Voted {
-                    return;
-                }
-                let wall = clock.elapsed();
-                let mut depth = vec![None; scene.frames.len()];
-                for own in &maps {
-                    depth[own.frame] = Some(Arc::new(FieldDepth::from(own)));
-                }
-                if let Some(surface) = Surface::build(&scene, &depth, extent).map(Arc::new) {
-                    let maps = spread(&scene, prepared, &surface);
-                    points.push(self.alone(&scene, prepared, clock.elapsed(), &surface, maps, None));
-                }
-                clock.back_to(wall);
+            let Some(surface) = Surface::build(&scene, &depth, extent).map(Arc::new) else {
+                return Ok(Vec::new());
             };
-            estimate(&scene, Size::Full, &mut publish, &|_| true)?;
-            points.into_iter().collect()
+            let maps = spread(&scene, prepared, &surface);
+            let point = self.alone(&scene, prepared, start.elapsed(), &surface, maps, None)?;
+            Ok(vec![point])
         })
     }
 
