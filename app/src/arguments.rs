@@ -38,8 +38,9 @@ pub struct WindowArguments {
     /// Folder of a capture or a project file (NAME.inplace) [default: the demo scene the first time, then the start page].
     #[arg(value_name = "SCENE | PROJECT.inplace")]
     pub open: Option<PathBuf>,
-    /// Show how long the window's frames, the maps after a click and the outline of what a click would win take, and print it
-    /// at the end as JSON; first_frame_ms and first_map_ms are how long after the start the first image and the first labels over it were there.
+    /// Print at the end, as JSON, how long the window's frames, the maps after a click and the outline of what a click would
+    /// win take; first_frame_ms and first_map_ms are how long after the start the first image and the first labels over it
+    /// were there.
     #[arg(long)]
     pub stats: bool,
     /// Write a record of what happens in the window to this file, a line of JSON for each event.

@@ -40,7 +40,7 @@ pub struct UiOptions {
     pub features: Option<PathBuf>,
     /// Seed of everything random.
     pub seed: u64,
-    /// Measure the window of the program that started then, show the measurements and print them at exit.
+    /// Measure the window of the program that started then, and print the measurements at exit.
     pub stats: Option<Instant>,
     /// File that a record of what happens is written to.
     pub trace: Option<PathBuf>,

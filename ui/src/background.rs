@@ -1,6 +1,6 @@
 //! A thread beside the UI thread that is asked and answers: the UI thread never waits for it.
 
-use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
+use crossbeam_channel::{Receiver, Sender, unbounded};
 
 /// The window's end of the thread. The thread ends with it, at the latest when it has its next answer.
 #[derive(Debug)]
@@ -76,22 +76,12 @@ impl<Question, Answer> Desk<Question, Answer> {
     /// [`Gone`] when there will be none.
     pub fn newest(&self) -> Result<Question, Gone> {
         let first = self.next()?;
-        Ok(self.newer()?.unwrap_or(first))
+        Ok(self.questions.try_iter().last().unwrap_or(first))
     }
 
-    /// The newest of the questions that came meanwhile, if any did.
-    ///
-    /// # Errors
-    /// [`Gone`] when nobody waits for an answer any more.
-    pub fn newer(&self) -> Result<Option<Question>, Gone> {
-        let mut newest = None;
-        loop {
-            match self.questions.try_recv() {
-                Ok(question) => newest = Some(question),
-                Err(TryRecvError::Empty) => return Ok(newest),
-                Err(TryRecvError::Disconnected) => return Err(Gone),
-            }
-        }
+    /// Whether a question waits.
+    pub fn is_asked(&self) -> bool {
+        !self.questions.is_empty()
     }
 
     /// Answers, and wakes the window.

@@ -34,7 +34,7 @@ use inplace_model::view::View;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands, Model};
 
-pub use cpu::pictures;
+pub use cpu::{mix, pictures};
 pub use field_view::{FieldView, FieldViewer};
 pub use frame_view::FrameView;
 pub use gpu::{UploadClock, make_ready};
@@ -47,8 +47,8 @@ pub use strokes::StrokeLayer;
 pub use view::rect_of;
 
 use crate::input_order::InputOrder;
-use crate::theme;
-use content::Content;
+use crate::{keys, theme};
+use content::{Content, Picture};
 use hover::HoverLayer;
 use inplace_model::text::counted;
 use tools::{CanvasPlace, Draft, Gesture, Outcome};
@@ -184,14 +184,9 @@ impl Canvas {
         // Enter presses the control that has the keyboard, if one has.
         let focused = ctx.egui_wants_keyboard_input();
         ctx.input_mut(|input| {
-            input.events.retain(|event| match event {
-                Event::Key {
-                    key,
-                    pressed: true,
-                    modifiers,
-                    ..
-                } => !self.take_key(*key, modifiers, focused, workspace, commands),
-                _ => true,
+            input.events.retain(|event| match keys::pressed(event) {
+                Some((modifiers, key)) => !self.take_key(key, modifiers, focused, workspace, commands),
+                None => true,
             });
         });
     }
@@ -200,7 +195,7 @@ impl Canvas {
     fn take_key(
         &mut self,
         key: Key,
-        modifiers: &egui::Modifiers,
+        modifiers: egui::Modifiers,
         focused: bool,
         workspace: &Workspace,
         commands: &mut Commands,
@@ -434,10 +429,9 @@ impl Canvas {
             if wheel && !around.cursor.is_some_and(reachable) {
                 continue;
             }
-            if matches!(event, Event::PointerButton { pressed: true, pos, .. } if reachable(*pos))
-                && let Some(focused) = ui.memory(|memory| memory.focused())
-            {
-                ui.memory_mut(|memory| memory.surrender_focus(focused));
+            if matches!(event, Event::PointerButton { pressed: true, pos, .. } if reachable(*pos)) {
+                // Takes the keyboard from whatever has it.
+                ui.memory_mut(egui::Memory::stop_text_input);
             }
             match self.gesture.follow(event, view, around, reachable) {
                 Some(Outcome::Finished(line)) => commands.push(Command::Draw(line)),
@@ -472,11 +466,12 @@ impl Canvas {
         palette: &Versioned<Arc<Palette>>,
     ) {
         let content = view.content(look.layer, palette);
-        let size = content.image.size().map(|side| side as f32);
+        let camera = &view.rendered.viewpoint.camera;
+        let size = vec2(camera.width as f32, camera.height as f32);
         let placement = Placement {
             origin: area.min,
-            zoom: area.width() / size[0],
-            size: size.into(),
+            zoom: area.width() / size.x,
+            size,
         };
         self.paint_frame(&painter.with_clip_rect(area), 0, content, placement, look);
     }
@@ -492,10 +487,10 @@ impl Canvas {
         look: Look,
     ) -> bool {
         let clock = UploadClock::clone(&self.clock);
+        let picture = content.picture.clone();
         match &mut self.renderer {
             Renderer::Gpu(target) => {
-                let ready = content.picture.is_some();
-                if !ready {
+                if picture.is_none() {
                     content.over = None;
                 }
                 let draw = gpu::Draw {
@@ -507,23 +502,23 @@ impl Canvas {
                     clock,
                 };
                 painter.add(egui_wgpu::Callback::new_paint_callback(painter.clip_rect(), draw));
-                ready
             }
             Renderer::Cpu(sides) => {
                 let composed = &mut sides[side];
                 let over = content.over.as_ref().map(|over| over.version);
-                let made_of = (content.image_version, over, content.palette.version(), look);
-                if composed
-                    .as_ref()
-                    .is_none_or(|composed| composed.made_of != made_of)
+                let made_of = |picture: &Picture| (picture.version, over, content.palette.version(), look);
+                if let Some(picture) = &picture
+                    && composed
+                        .as_ref()
+                        .is_none_or(|composed| composed.made_of != made_of(picture))
                 {
-                    let texture = cpu::texture(painter.ctx(), &content, look);
-                    *composed = texture.map(|texture| Composed { texture, made_of });
-                    if composed.is_some() {
-                        gpu::note_image(&clock);
-                        if let Some(map) = content.map {
-                            gpu::note_map(&clock, map.generation, map.frame);
-                        }
+                    *composed = Some(Composed {
+                        texture: cpu::texture(painter.ctx(), &picture.color, &content, look),
+                        made_of: made_of(picture),
+                    });
+                    gpu::note_image(&clock);
+                    if let Some(map) = &content.map {
+                        gpu::note_map(&clock, map.generation, map.frame);
                     }
                 }
                 if let Some(composed) = composed {
@@ -531,9 +526,9 @@ impl Canvas {
                     let texture = composed.texture.id();
                     painter.image(texture, placement.rect(), whole, egui::Color32::WHITE);
                 }
-                true
             }
         }
+        picture.is_some()
     }
 
     fn show_cursor(

@@ -18,7 +18,7 @@ use inplace_model::{Command, Commands, Model};
 use crate::keys;
 use crate::keys::table::{AT_A_PLACE, AT_A_SUGGESTION, Line, TABLE};
 use crate::numbers;
-use form::{close, confirm, path_field, room, text_field};
+use form::{browse, close, confirm, path_field, room, text_field};
 
 /// Files that are saved: what is said of them, the name of the field, the extension.
 const PROJECT_FILE: [&str; 3] = [
@@ -125,12 +125,8 @@ fn open(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
     ui.label("The folder of a scene, or a project file (.inplace).");
     let entered = path_field(ui, path, "Path to open");
     ui.horizontal(|ui| {
-        if ui.button("Browse folders...").clicked() {
-            commands.push(Command::Browse(Purpose::Scene));
-        }
-        if ui.button("Browse projects...").clicked() {
-            commands.push(Command::Browse(Purpose::Project));
-        }
+        browse(ui, "Browse folders...", Purpose::Scene, commands);
+        browse(ui, "Browse projects...", Purpose::Project, commands);
         if ui.button("Demo scene").clicked() {
             commands.push(Command::open_scene(SceneSource::Demo));
         }
@@ -147,9 +143,7 @@ fn save(ui: &mut Ui, path: &mut String, purpose: Purpose, commands: &mut Command
     let [about, field, extension] = if is_project { PROJECT_FILE } else { CLASS_FILE };
     ui.label(about);
     let entered = path_field(ui, path, field);
-    if ui.button("Browse...").clicked() {
-        commands.push(Command::Browse(purpose));
-    }
+    browse(ui, "Browse...", purpose, commands);
     let path = path.trim();
     confirm(ui, "Save", !path.is_empty(), entered, commands, || {
         let mut file = PathBuf::from(path);
@@ -205,9 +199,7 @@ const TRUST_STEP: f64 = 5.0;
 fn import(ui: &mut Ui, path: &mut String, trust: &mut Trust, commands: &mut Commands) {
     ui.label("A folder of files named like the frames, such as a network's predictions or an earlier export: PNGs with class ids or colours, NPYs or NPZs with probabilities, or PNGs with numbers of objects, which an objects.json lists. Pixels that may be wrong are outvoted where many disagree.");
     let entered = path_field(ui, path, "Folder of label images");
-    if ui.button("Browse...").clicked() {
-        commands.push(Command::Browse(Purpose::Import));
-    }
+    browse(ui, "Browse...", Purpose::Import, commands);
     ui.add_space(4.0);
     ui.horizontal(|ui| {
         ui.label("Trust");
@@ -234,9 +226,7 @@ fn import(ui: &mut Ui, path: &mut String, trust: &mut Trust, commands: &mut Comm
 fn compare(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
     ui.label("Another project of this scene, such as a colleague's. The layer \"Differences\" then shows where its labels and yours are not the same; nothing of it is kept in yours.");
     let entered = path_field(ui, path, "Project to compare with");
-    if ui.button("Browse...").clicked() {
-        commands.push(Command::Browse(Purpose::Compare));
-    }
+    browse(ui, "Browse...", Purpose::Compare, commands);
     let path = path.trim();
     confirm(ui, "Compare", !path.is_empty(), entered, commands, || {
         Command::CompareWith(PathBuf::from(path))
@@ -256,7 +246,6 @@ fn meaning(trust: Trust) -> &'static str {
     }
 }
 
-/// Draws the question.
 fn moved(ui: &mut Ui, moved: &mut MovedScene, commands: &mut Commands) {
     match &moved.problem {
         Some(problem) => ui.colored_label(ui.visuals().error_fg_color, problem),
@@ -266,9 +255,7 @@ fn moved(ui: &mut Ui, moved: &mut MovedScene, commands: &mut Commands) {
         "Choose the folder where it is now. The project remembers it, and all of your work is there again.",
     );
     let entered = path_field(ui, &mut moved.path, "Folder of the scene");
-    if ui.button("Browse...").clicked() {
-        commands.push(Command::Browse(Purpose::Moved));
-    }
+    browse(ui, "Browse...", Purpose::Moved, commands);
     let path = moved.path.trim().to_owned();
     confirm(ui, "Open from there", !path.is_empty(), entered, commands, || {
         Command::Open(Target::Moved {

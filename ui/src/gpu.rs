@@ -1,5 +1,6 @@
 //! What the renderers of the canvas and of the 3D view have in common. Bindings are laid out as the shaders say.
 
+use std::borrow::Cow;
 use std::ops::RangeFrom;
 
 use inplace_model::versioned::{Version, Versioned};
@@ -83,7 +84,8 @@ pub fn texture_descriptor(
     }
 }
 
-/// All of a texture that holds these texels, row-major, in the width and height given.
+/// All of a texture that holds these texels, row-major, in the width and height given; where that is more than a texture
+/// may have, the nearest to each of as many as it may.
 pub fn texture_of(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -92,9 +94,32 @@ pub fn texture_of(
     size: [u32; 2],
     texels: &[u8],
 ) -> wgpu::TextureView {
+    let most = device.limits().max_texture_dimension_2d;
+    let bytes = format.block_copy_size(None).unwrap_or(1) as usize;
+    let (size, texels) = fitted(size, texels, bytes, most);
     let descriptor = texture_descriptor(label, size, format, wgpu::TextureUsages::TEXTURE_BINDING);
     let order = wgpu::util::TextureDataOrder::LayerMajor;
-    view(&device.create_texture_with_data(queue, &descriptor, order, texels))
+    view(&device.create_texture_with_data(queue, &descriptor, order, &texels))
+}
+
+/// Texels of so many bytes each, with at most so many columns and rows: the nearest ones where there were more.
+fn fitted(size: [u32; 2], texels: &[u8], bytes: usize, most: u32) -> ([u32; 2], Cow<'_, [u8]>) {
+    let fitting = size.map(|side| side.min(most));
+    if fitting == size {
+        return (size, Cow::Borrowed(texels));
+    }
+    let [columns, rows] = [0, 1].map(|axis| {
+        let (from, to) = (size[axis] as usize, fitting[axis] as usize);
+        (0..to).map(move |position| (2 * position + 1) * from / (2 * to))
+    });
+    let mut kept = Vec::with_capacity(bytes * columns.len() * rows.len());
+    for row in rows {
+        for column in columns.clone() {
+            let texel = bytes * (row * size[0] as usize + column);
+            kept.extend_from_slice(&texels[texel..texel + bytes]);
+        }
+    }
+    (fitting, Cow::Owned(kept))
 }
 
 /// All of a texture.
@@ -118,4 +143,19 @@ pub fn bind<'a>(
         layout: &pipeline.get_bind_group_layout(0),
         entries: &entries,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_more_texels_than_a_texture_may_have_the_nearest_are_kept() {
+        let texels: Vec<u8> = (0..24).collect();
+        let (size, kept) = fitted([6, 2], &texels, 2, 3);
+        assert_eq!(size, [3, 2]);
+        assert_eq!(*kept, [2, 3, 6, 7, 10, 11, 14, 15, 18, 19, 22, 23]);
+        let (size, kept) = fitted([6, 2], &texels, 2, 6);
+        assert_eq!((size, &*kept), ([6, 2], &texels[..]));
+    }
 }

@@ -63,17 +63,11 @@ impl egui::Plugin for InputOrder {
                 && layer.is_none_or(|layer| layer.order == Order::Background)
         };
         let is_typing = ctx.text_edit_focused();
-        let moves_focus = |event: &Event| match event {
-            Event::Key {
-                key,
-                pressed: true,
-                modifiers,
-                ..
-            } => {
+        let moves_focus = |event: &Event| {
+            keys::pressed(event).is_some_and(|(modifiers, key)| {
                 matches!(key, Key::Enter | Key::Escape | Key::Tab)
-                    || !is_typing && keys::moves_focus(ctx, *modifiers, *key)
-            }
-            _ => false,
+                    || !is_typing && keys::moves_focus(ctx, modifiers, key)
+            })
         };
         let end = end_of_step(self.waiting.make_contiguous(), is_typing, on_canvas, moves_focus);
         input.events = self.waiting.drain(..end).collect();

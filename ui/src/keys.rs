@@ -21,6 +21,19 @@ pub fn map_of(ctx: &egui::Context) -> Arc<KeyMap> {
     ctx.data(|data| data.get_temp(egui::Id::NULL)).unwrap_or_default()
 }
 
+/// The key that an event presses, with what is held beside it.
+pub fn pressed(event: &Event) -> Option<(Modifiers, Key)> {
+    match *event {
+        Event::Key {
+            key,
+            pressed: true,
+            modifiers,
+            ..
+        } => Some((modifiers, key)),
+        _ => None,
+    }
+}
+
 /// A key as it was pressed; `None` of one that has no name here.
 pub fn shortcut(modifiers: Modifiers, key: Key) -> Option<Shortcut> {
     let name = match key {
@@ -103,22 +116,13 @@ pub fn dispatch(ctx: &egui::Context, asked: Asked, commands: &mut Commands) {
     let focused = ctx.egui_wants_keyboard_input();
     let map = map_of(ctx);
     ctx.input(|input| {
-        for event in &input.events {
-            let Event::Key {
-                key,
-                pressed: true,
-                modifiers,
-                ..
-            } = event
-            else {
-                continue;
-            };
+        for (modifiers, key) in input.events.iter().filter_map(pressed) {
             let of_controls = matches!(key, Key::ArrowLeft | Key::ArrowRight | Key::Enter);
             let of_texts = !modifiers.command || matches!(key, Key::Z | Key::Y);
             if focused && of_controls || typing && of_texts {
                 continue;
             }
-            let pressed = shortcut(*modifiers, *key);
+            let pressed = shortcut(modifiers, key);
             if let Some(command) = pressed.and_then(|pressed| command_of(&map, pressed, asked)) {
                 commands.push(command);
             }

@@ -15,7 +15,6 @@ mod probe;
 mod progress;
 mod readiness;
 mod start;
-mod stats;
 mod status;
 mod strokes;
 mod suggestion_bar;
@@ -32,7 +31,6 @@ use inplace_model::{Command, Commands, Model};
 pub use drop::drop_area;
 pub use menu::window_title;
 pub use messages::show as messages;
-pub use stats::show as stats;
 pub use work::show as work;
 
 use crate::canvas::{Canvas, below_menus};

@@ -164,7 +164,6 @@ impl Thumbnails {
         slot.thumbnail.clone()
     }
 
-    /// Forgets everything.
     pub fn clear(&mut self) {
         if !self.slots.is_empty() {
             self.slots.clear();

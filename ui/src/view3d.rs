@@ -28,6 +28,7 @@ use inplace_model::{Command, Commands, Model};
 pub use controls::switch;
 pub use gpu::make_ready;
 
+use crate::background::Background;
 use crate::canvas::{Canvas, EntryColors, FieldView, FieldViewer, FrameView, field_words};
 use crate::theme;
 use crate::thumbnails::Thumbnails;
@@ -37,7 +38,6 @@ use clicks::Told;
 use cloud::{Prepared, Preparer};
 use controls::Notice;
 use overlay::Mark;
-use pick::{Picker, picker};
 use steering::Flight;
 use targets::SplatLook;
 
@@ -59,7 +59,7 @@ struct Click {
 /// The 3D view with what it remembers between frames of the window.
 pub struct View3d {
     preparer: Preparer,
-    picker: Picker,
+    picker: Background<pick::Question, pick::Picked>,
     thumbnails: Thumbnails,
     budget: SplatBudget,
     /// How many splats the renderer drew in the last frame.
@@ -88,7 +88,7 @@ impl View3d {
     pub fn new(ctx: &egui::Context) -> Self {
         Self {
             preparer: Preparer::new(ctx.clone()),
-            picker: picker(ctx.clone()),
+            picker: Background::new(ctx.clone(), "pick", pick::answer),
             thumbnails: Thumbnails::new(ctx.clone(), [192, 144]),
             budget: SplatBudget::default(),
             drawn: Arc::default(),
@@ -163,7 +163,7 @@ impl View3d {
         let now = ui.input(|input| input.time);
         let before = workspace.space.camera_or_fitted(prepared.cloud.ball, level);
         let mut camera = before;
-        let arrived = self.fly(ui, &mut camera, now, commands);
+        let arrived = self.fly(ui, &mut camera, workspace, now, commands);
         self.follow(ui, &response, &mut camera, rect, workspace);
         let sight = Sight::new(&camera, rect);
         self.take_answers(ui, &camera, (workspace, &prepared), now, commands);

@@ -104,8 +104,11 @@ impl Icon {
                 .map(|at| center + vec2(at[0], at[1]))
                 .collect()
         };
-        let line = |corners: &str| {
-            painter.line(points(corners), stroke);
+        // One line or several: "x,y x,y;x,y x,y".
+        let line = |lines: &str| {
+            for corners in lines.split(';') {
+                painter.line(points(corners), stroke);
+            }
         };
         let outline = |corners: &str| {
             painter.add(Shape::closed_line(points(corners), stroke));
@@ -120,10 +123,7 @@ impl Icon {
             Self::Undo => turn(painter, center, stroke, 1.0),
             Self::Redo => turn(painter, center, stroke, -1.0),
             Self::Fit => {
-                line("2.5,6 6.5,6 6.5,2");
-                line("2.5,-6 6.5,-6 6.5,-2");
-                line("-2.5,6 -6.5,6 -6.5,2");
-                line("-2.5,-6 -6.5,-6 -6.5,-2");
+                line("2.5,6 6.5,6 6.5,2;2.5,-6 6.5,-6 6.5,-2;-2.5,6 -6.5,6 -6.5,2;-2.5,-6 -6.5,-6 -6.5,-2");
             }
             Self::Brush => {
                 line("6.5,-6.5 -0.5,0.5");
@@ -143,10 +143,7 @@ impl Icon {
                 painter.add(Shape::convex_polygon(triangle, color, Stroke::NONE));
             }
             Self::Check => line("-5,0.5 -1.5,4 5,-4"),
-            Self::Close => {
-                line("-4,-4 4,4");
-                line("-4,4 4,-4");
-            }
+            Self::Close => line("-4,-4 4,4;-4,4 4,-4"),
             Self::More => dots("-5,0 0,0 5,0", 1.5),
             Self::Info => {
                 painter.circle_stroke(center, 7.0, stroke);
@@ -164,10 +161,7 @@ impl Icon {
                 painter.rect_filled(frame.with_max_x(center.x), 1, color);
                 painter.rect_stroke(frame, 2, stroke, egui::StrokeKind::Middle);
             }
-            Self::Add => {
-                line("-5,0 5,0");
-                line("0,-5 0,5");
-            }
+            Self::Add => line("-5,0 5,0;0,-5 0,5"),
             Self::Polyline => {
                 let corners = "-6.5,4.5 -1.5,-4 2,3 6.5,-4.5";
                 line(corners);
@@ -180,9 +174,7 @@ impl Icon {
             }
             Self::Select => outline("-4,-6.5 -4,5 -1,2 1.2,6.5 3.2,5.5 1,1.3 5,1"),
             Self::Delete => {
-                line("-6,-4 6,-4");
-                line("-2,-4 -2,-6.5 2,-6.5 2,-4");
-                line("-4.5,-4 -3.7,6.5 3.7,6.5 4.5,-4");
+                line("-6,-4 6,-4;-2,-4 -2,-6.5 2,-6.5 2,-4;-4.5,-4 -3.7,6.5 3.7,6.5 4.5,-4");
             }
             Self::Up => line("-5,2.5 0,-2.5 5,2.5"),
             Self::Down => line("-5,-2.5 0,2.5 5,-2.5"),
@@ -190,13 +182,11 @@ impl Icon {
             Self::Unfolded => line("-4,-1.5 0,2.5 4,-1.5"),
             Self::Locked => {
                 painter.rect_filled(padlock, 1, color);
-                line("-3,-1 -3,-4 -1.5,-6");
-                line("-1.5,-6 1.5,-6 3,-4 3,-1");
+                line("-3,-1 -3,-4 -1.5,-6;-1.5,-6 1.5,-6 3,-4 3,-1");
             }
             Self::Unlocked => {
                 painter.rect_stroke(padlock, 1, Stroke::new(1.2, color), egui::StrokeKind::Inside);
-                line("-3,-1 -3,-4 -1.5,-6");
-                line("-1.5,-6 1.5,-6 3,-4");
+                line("-3,-1 -3,-4 -1.5,-6;-1.5,-6 1.5,-6 3,-4");
             }
             Self::Hidden => {
                 for side in [-4.0, 4.0] {

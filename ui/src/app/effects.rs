@@ -74,11 +74,8 @@ impl App {
                 self.panels.pictures.forget(&place);
                 self.jobs.forget_picture(place);
             }
-            Effect::GiveUpFocus => self.ctx.memory_mut(|memory| {
-                if let Some(focused) = memory.focused() {
-                    memory.surrender_focus(focused);
-                }
-            }),
+            // Whatever has it, a field for text or not.
+            Effect::GiveUpFocus => self.ctx.memory_mut(egui::Memory::stop_text_input),
             Effect::CloseWindow => self.ctx.send_viewport_cmd(ViewportCommand::Close),
             Effect::KeepWindowOpen => self.ctx.send_viewport_cmd(ViewportCommand::CancelClose),
             Effect::WakeIn(wait) => self.ctx.request_repaint_after(wait),

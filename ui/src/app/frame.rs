@@ -62,9 +62,6 @@ impl eframe::App for App {
         };
         panels::work(&ctx, &self.model, area, &mut commands);
         panels::drop_area(&ctx);
-        if let Some(stats) = self.stats.as_ref().filter(|_| open) {
-            panels::stats(&ctx, stats, area);
-        }
         panels::messages(&ctx, &self.model.messages, area, escape, &mut commands);
         // What was typed is known to whatever was pressed after it.
         self.update_all(edited.into_iter().chain(commands));

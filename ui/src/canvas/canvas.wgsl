@@ -4,8 +4,6 @@
 struct Uniforms {
     // Physical pixels: left, top, width, height of the whole image.
     image: vec4<f32>,
-    color_size: vec2<f32>,
-    plane_size: vec2<f32>,
     // How much of the layer's colour there is.
     strength: f32,
     // A value times this is a column of its table.
@@ -40,7 +38,8 @@ struct Uniforms {
 // keeps the old one, whenever a uniform is written that it branches on.
 struct Corner {
     @builtin(position) position: vec4<f32>,
-    @location(0) @interpolate(flat) pixels_per_texel: vec2<f32>,
+    // Width and height of the whole image in physical pixels.
+    @location(0) @interpolate(flat) size: vec2<f32>,
     @location(1) @interpolate(flat) reading: u32,
     @location(2) @interpolate(flat) outlined: u32,
     @location(3) @interpolate(flat) greyed: u32,
@@ -53,7 +52,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Corner {
     // One triangle that covers the viewport; the scissor rectangle cuts it.
     let place = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
     corner.position = vec4<f32>(2.0 * place - 1.0, 0.0, 1.0);
-    corner.pixels_per_texel = u.image.zw / u.color_size;
+    corner.size = u.image.zw;
     corner.reading = u.reading;
     corner.outlined = u32(u.outline_strength > 0.0);
     corner.greyed = u.greyed;
@@ -61,15 +60,19 @@ fn vertex(@builtin(vertex_index) index: u32) -> Corner {
     return corner;
 }
 
+fn color_size() -> vec2<f32> {
+    return vec2<f32>(textureDimensions(color_texture));
+}
+
 fn sharp(position: vec2<f32>, pixels_per_texel: vec2<f32>) -> vec3<f32> {
     // Texels keep their edges when enlarged; the edge itself is one screen pixel wide.
     let seam = floor(position + 0.5);
     let offset = clamp((position - seam) * pixels_per_texel, vec2<f32>(-0.5), vec2<f32>(0.5));
-    return textureSampleLevel(color_texture, color_sampler, (seam + offset) / u.color_size, 0.0).rgb;
+    return textureSampleLevel(color_texture, color_sampler, (seam + offset) / color_size(), 0.0).rgb;
 }
 
 fn image_color(uv: vec2<f32>, pixels_per_texel: vec2<f32>) -> vec3<f32> {
-    let position = uv * u.color_size;
+    let position = uv * color_size();
     if (pixels_per_texel.x >= 1.0) {
         return sharp(position, pixels_per_texel);
     }
@@ -84,8 +87,8 @@ fn image_color(uv: vec2<f32>, pixels_per_texel: vec2<f32>) -> vec3<f32> {
 }
 
 fn texel_of(uv: vec2<f32>) -> vec2<i32> {
-    let last = vec2<i32>(u.plane_size) - 1;
-    return clamp(vec2<i32>(floor(uv * u.plane_size)), vec2<i32>(0), last);
+    let size = vec2<i32>(textureDimensions(plane));
+    return clamp(vec2<i32>(floor(uv * vec2<f32>(size))), vec2<i32>(0), size - 1);
 }
 
 fn value_at(uv: vec2<f32>) -> u32 {
@@ -135,7 +138,7 @@ fn fragment(corner: Corner) -> @location(0) vec4<f32> {
     if (any(uv < vec2<f32>(0.0)) || any(uv >= vec2<f32>(1.0))) {
         discard;
     }
-    var rgb = image_color(uv, corner.pixels_per_texel);
+    var rgb = image_color(uv, corner.size / color_size());
     if (corner.greyed == 1u) {
         rgb = dimmed(rgb);
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use inplace_core::scene::{ColorImage, Scene};
+use inplace_core::scene::ColorImage;
 use inplace_core::session::FrameMap;
 use inplace_model::layer::Layer;
 use inplace_model::palette::Palette;
@@ -40,12 +40,12 @@ impl ShownMap {
     }
 }
 
-/// An image as the renderer wants it: RGBA, row-major `[height, width, 4]`.
+/// An image for the renderers.
 #[derive(Debug)]
 pub struct Picture {
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// The bytes.
+    /// The image.
+    pub color: Arc<ColorImage>,
+    /// The same as a GPU wants it: RGBA, row-major `[height, width, 4]`.
     pub rgba: Vec<u8>,
     /// Different for every picture.
     pub version: Version,
@@ -53,45 +53,15 @@ pub struct Picture {
 
 impl Picture {
     /// The bytes of an RGB image with the opacity that renderers want beside them.
-    pub fn new(color: &ColorImage) -> Self {
+    pub fn new(color: Arc<ColorImage>) -> Self {
         let mut rgba = vec![255; color.bytes().len() / 3 * 4];
         for (rgba, rgb) in rgba.chunks_exact_mut(4).zip(color.bytes().chunks_exact(3)) {
             rgba[..3].copy_from_slice(rgb);
         }
         Self {
-            size: [color.width(), color.height()],
+            color,
             rgba,
             version: Version::new(),
-        }
-    }
-}
-
-/// An image of a frame.
-#[derive(Clone, Debug)]
-pub enum Image {
-    /// The frame's own.
-    OfFrame(Arc<Scene>, usize),
-    /// Another one.
-    Own(Arc<ColorImage>),
-}
-
-impl Image {
-    /// Width and height in pixels.
-    pub fn size(&self) -> [u32; 2] {
-        match self {
-            Self::OfFrame(scene, frame) => {
-                let camera = &scene.frames[*frame].camera;
-                [camera.width, camera.height]
-            }
-            Self::Own(color) => [color.width(), color.height()],
-        }
-    }
-
-    /// The image; `None` where a file would have to be read for it.
-    pub fn color(&self) -> Option<Arc<ColorImage>> {
-        match self {
-            Self::OfFrame(scene, frame) => Some(scene.frames[*frame].pixels_at_hand()?.color),
-            Self::Own(color) => Some(Arc::clone(color)),
         }
     }
 }
@@ -99,13 +69,8 @@ impl Image {
 /// A frame with what lies over it.
 #[derive(Clone, Debug)]
 pub struct Content {
-    /// The image.
-    pub image: Image,
-    /// Different for all images.
-    pub image_version: Version,
-    /// The image for the renderer; `None` while it is being made.
+    /// The image; `None` while it is being made.
     pub picture: Option<Arc<Picture>>,
-    /// What lies over it.
     pub over: Option<Over>,
     /// The frame's newest map, shown or not.
     pub map: Option<Versioned<Arc<FrameMap>>>,

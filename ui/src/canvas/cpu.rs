@@ -132,7 +132,8 @@ fn dimmed([r, g, b]: [u8; 3]) -> [u8; 3] {
     [(DIMMED_BLACK + DIMMED_SHARE * brightness).round() as u8; 3]
 }
 
-fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
+/// A colour with another one over it.
+pub fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
     let alpha = opacity * f32::from(over[3]) / 255.0;
     let channel = |c: usize| {
         let (under, over) = (f32::from(base[c]), f32::from(over[c]));
@@ -141,25 +142,29 @@ fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
     [channel(0), channel(1), channel(2)]
 }
 
-/// A frame with what lies over it, on the screen; `None` while the image is being read.
-pub(super) fn texture(ctx: &egui::Context, content: &Content, look: Look) -> Option<egui::TextureHandle> {
-    let image = content.image.color()?;
-    let size = [image.width() as usize, image.height() as usize];
-    let composed = composite(&image, content.over.as_ref(), &content.palette, look, size);
+/// An image with what lies over it, on the screen; with fewer pixels where it has more than a texture may have.
+pub(super) fn texture(
+    ctx: &egui::Context,
+    image: &scene::ColorImage,
+    content: &Content,
+    look: Look,
+) -> egui::TextureHandle {
+    let most = ctx.input(|input| input.max_texture_side);
+    let size = [image.width(), image.height()].map(|side| most.min(side as usize));
+    let composed = composite(image, content.over.as_ref(), &content.palette, look, size);
     let options = egui::TextureOptions {
         magnification: egui::TextureFilter::Nearest,
         ..egui::TextureOptions::LINEAR
     };
-    Some(ctx.load_texture("frame", composed, options))
+    ctx.load_texture("frame", composed, options)
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
-    use super::super::plane::{AGREEMENT, DepthPlane, Texels};
+    use super::super::plane::DepthPlane;
     use inplace_model::palette::{Agreement, Table};
-    use inplace_model::versioned::Version;
 
     use super::*;
     use inplace_core::labels::Class;
@@ -208,24 +213,22 @@ mod tests {
         }
     }
 
-    /// Pixels of these colours and values with a layer over them.
-    fn over(layer: Layer, reading: Reading, values: &[u16], greyed: bool) -> Vec<Color32> {
-        let rgb = vec![100; 3 * values.len()];
-        let color = scene::ColorImage::new(values.len() as u32, 1, rgb).unwrap();
-        let over = Over {
-            size: [values.len() as u32, 1],
-            texels: Texels::Made(values.into()),
-            version: Version::new(),
-            reading,
-            greyed,
-        };
-        let size = [values.len(), 1];
-        composite(&color, Some(&over), &Palette::new(&[]), look(layer, 1.0), size).pixels
+    /// A row of grey pixels with a layer over them.
+    fn over(layer: Layer, over: &Over) -> Vec<Color32> {
+        let width = over.size[0];
+        let color = scene::ColorImage::new(width, 1, vec![100; 3 * width as usize]).unwrap();
+        let size = [width as usize, 1];
+        composite(&color, Some(over), &Palette::new(&[]), look(layer, 1.0), size).pixels
     }
 
     #[test]
     fn depth_shows_its_colours_and_hatches_holes() {
-        let pixels = over(Layer::Depth, DepthPlane::READING, &[1, u16::MAX, 0, 0, 0], false);
+        let plane = DepthPlane {
+            size: [5, 1],
+            values: [1, u16::MAX, 0, 0, 0].into(),
+            range: None,
+        };
+        let pixels = over(Layer::Depth, &Over::depth(&Versioned::new(plane)));
         let [near, far] = [0, 255].map(|column| {
             let [r, g, b, _] = Table::Depth.color(column);
             Color32::from_rgb(r, g, b)
@@ -237,7 +240,9 @@ mod tests {
     #[test]
     fn disagreement_marks_what_is_contradicted_on_a_grey_image() {
         let numbers = Agreement::ALL.map(|agreement| agreement as u16);
-        let pixels = over(Layer::Disagreement, AGREEMENT, &numbers, true);
+        let size = [numbers.len() as u32, 1];
+        let marks = Over::marks(size, numbers.into(), Table::Disagreement);
+        let pixels = over(Layer::Disagreement, &marks);
         let grey = Color32::from_gray(72);
         let [r, g, b, _] = Agreement::ImportContradicted.color();
         assert_eq!((pixels[0], pixels[2]), (grey, Color32::from_rgb(r, g, b)));

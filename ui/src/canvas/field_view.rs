@@ -13,7 +13,7 @@ use inplace_model::versioned::{Version, Versioned};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use super::content::{Content, Image, Picture};
+use super::content::{Content, Picture};
 use super::plane::{DepthPlane, Over, Texels};
 use crate::background::{Background, Desk, Gone};
 
@@ -28,8 +28,6 @@ pub struct FieldView {
     pub rendered: Arc<RenderedView>,
     /// Its depths.
     pub depth: Versioned<DepthPlane>,
-    color: Arc<ColorImage>,
-    /// The same for the renderer.
     picture: Arc<Picture>,
     /// Of its classes and entropies as what lies over its colours.
     versions: [Version; 2],
@@ -40,8 +38,7 @@ impl FieldView {
     fn new(rendered: Arc<RenderedView>) -> Option<Self> {
         let color = enlarged(&rendered)?;
         Some(Self {
-            picture: Arc::new(Picture::new(&color)),
-            color: Arc::new(color),
+            picture: Arc::new(Picture::new(Arc::new(color))),
             depth: Versioned::new(DepthPlane::rendered(&rendered)),
             versions: [Version::new(), Version::new()],
             rendered,
@@ -72,8 +69,6 @@ impl FieldView {
             _ => None,
         };
         Content {
-            image: Image::Own(Arc::clone(&self.color)),
-            image_version: self.picture.version,
             picture: Some(Arc::clone(&self.picture)),
             over,
             map: None,

@@ -14,11 +14,12 @@ use inplace_model::versioned::{Version, Versioned};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
-use super::content::{Content, Image, Picture, ShownMap};
+use super::content::{Content, Picture, ShownMap};
 use super::field_view::{FieldView, FieldViewer};
-use super::objects::{EntryColors, ObjectFinder, ObjectPlane, Question, SceneObjects, object_finder};
-use super::plane::{AGREEMENT, DIFFERENCES, DepthPlane, Over, Reading, Texels, measured_depth};
-use super::preparing::{AgreementPlane, DifferencePlane, Part, Preparer, Request, Said, preparer};
+use super::objects::{self, EntryColors, ObjectPlane, Question, SceneObjects};
+use super::plane::{DepthPlane, Over, Texels, measured_depth};
+use super::preparing::{self, AgreementPlane, DifferencePlane, Part, Request, Said};
+use crate::background::Background;
 
 /// What is known of the frame in view. It follows the open scene: [`FrameView::follow`] notices what is new there, and
 /// has a thread make what the layers need.
@@ -28,14 +29,12 @@ pub struct FrameView {
     serial: u64,
     scene: Arc<Scene>,
     frame: usize,
-    preparer: Preparer,
-    objects: ObjectFinder,
-    /// Images for the renderer: of the frame in view and those beside it.
+    preparer: Background<Request, Part>,
+    objects: Background<Question, ObjectPlane>,
+    /// Images for the renderers: of the frame in view and those beside it.
     pictures: BTreeMap<usize, Arc<Picture>>,
     /// Why the file of any of these frames cannot be read any more, a sentence.
     unreadable: BTreeMap<usize, String>,
-    /// Version of the image of the frame in view.
-    image: Version,
     /// What became of the frame in view.
     known: Known,
     /// The field as seen from it.
@@ -90,11 +89,10 @@ impl FrameView {
             serial: workspace.serial,
             scene: Arc::clone(&workspace.scene),
             frame: workspace.frame_index,
-            preparer: preparer(ctx.clone()),
-            objects: object_finder(ctx.clone()),
+            preparer: Background::new(ctx.clone(), "canvas", preparing::answer),
+            objects: Background::new(ctx.clone(), "objects", objects::find),
             pictures: BTreeMap::new(),
             unreadable: BTreeMap::new(),
-            image: Version::new(),
             known: Known::default(),
             field: FieldViewer::new(ctx.clone()),
             since: Version::new(),
@@ -183,7 +181,6 @@ impl FrameView {
     /// Another frame has come into view.
     fn go_to(&mut self, frame: usize) {
         self.frame = frame;
-        self.image = Version::new();
         self.known = Known::default();
         self.since = Version::new();
         self.pictures.retain(|&kept, _| kept.abs_diff(frame) <= 1);
@@ -237,7 +234,7 @@ impl FrameView {
                     }
                 }
                 Part::Differences(plane) => {
-                    if plane.made_of.0 > self.since {
+                    if plane.map > self.since {
                         self.known.differences = Some(plane);
                     }
                 }
@@ -281,29 +278,17 @@ impl FrameView {
             self.frame.checked_sub(1),
         ];
         let missing = |frame: &usize| !self.pictures.contains_key(frame) && *frame < self.scene.frames.len();
-        let counted = self
-            .known
-            .visible
-            .as_ref()
-            .is_some_and(|(of, _)| Some(*of) == map);
-        let compared = |plane: &AgreementPlane| Some(plane.map) == map && plane.said == said;
-        let compared = self.known.agreement.as_ref().is_some_and(compared);
-        let differs = |plane: &DifferencePlane| map.zip(other) == Some(plane.made_of);
-        let differs = self.known.differences.as_ref().is_some_and(differs);
         self.preparer.ask(Request {
             scene: Arc::clone(&self.scene),
             frame: self.frame,
             pictures: near.into_iter().flatten().filter(missing).collect(),
             map: self.known.newest.clone(),
-            visible: wanted.visible && !counted,
-            said: wanted.said.filter(|_| !compared).map(|(generation, _)| Said {
+            visible: wanted.visible,
+            said: wanted.said.map(|_| Said {
                 labels: document.labels().clone(),
                 contradicted: contradicted.clone(),
-                generation,
             }),
-            other: comparison
-                .filter(|_| !differs)
-                .map(|comparison| (Arc::clone(&comparison.other), comparison.matching.clone())),
+            other: comparison.map(|comparison| (Arc::clone(&comparison.other), comparison.matching.clone())),
             depth: wanted.depth && self.known.depth.is_none(),
         });
         self.wanted = Some(wanted);
@@ -380,8 +365,6 @@ impl FrameView {
         self.scene.frames.get(self.frame)?;
         let map = self.known.map.as_ref();
         let mut content = Content {
-            image: Image::OfFrame(Arc::clone(&self.scene), self.frame),
-            image_version: self.image,
             picture: self.pictures.get(&self.frame).cloned(),
             over: None,
             map: map.map(|shown| shown.map.clone()),
@@ -398,12 +381,10 @@ impl FrameView {
                 }
             }
             Layer::Disagreement => {
-                let plane = self.agreement();
-                content.over = plane.map(|plane| marks(plane.size, &plane.values, AGREEMENT));
+                content.over = self.agreement().map(|plane| plane.over.clone());
             }
             Layer::Differences => {
-                let plane = self.differences();
-                content.over = plane.map(|plane| marks(plane.size, &plane.values, DIFFERENCES));
+                content.over = self.differences().map(|plane| plane.over.clone());
             }
             Layer::Depth => content.over = self.depth().map(|(plane, _)| Over::depth(plane)),
             _ => {
@@ -416,16 +397,5 @@ impl FrameView {
             }
         }
         Some(content)
-    }
-}
-
-/// What is marked in an image that is dimmed to grey.
-fn marks(size: [u32; 2], values: &Versioned<Arc<[u16]>>, reading: Reading) -> Over {
-    Over {
-        size,
-        texels: Texels::Made(Arc::clone(values)),
-        version: values.version(),
-        reading,
-        greyed: true,
     }
 }

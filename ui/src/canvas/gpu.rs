@@ -60,8 +60,6 @@ pub(super) struct Draw {
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Uniforms {
     image: [f32; 4],
-    color_size: [f32; 2],
-    plane_size: [f32; 2],
     strength: f32,
     scale: f32,
     outline_strength: f32,
@@ -166,7 +164,8 @@ impl Side {
         if let Some(picture) = &content.picture
             && is_older(&self.image, picture.version)
         {
-            self.image = texture("canvas image", RGBA, picture.size, &picture.rgba, picture.version);
+            let size = [picture.color.width(), picture.color.height()];
+            self.image = texture("canvas image", RGBA, size, &picture.rgba, picture.version);
             self.bind_group = None;
         }
         let palette = &content.palette;
@@ -193,12 +192,9 @@ impl Draw {
     fn uniforms(&self, pixels_per_point: f32) -> Uniforms {
         let rect = self.placement.rect();
         let (over, palette) = (self.content.over.as_ref(), &self.content.palette);
-        let [width, height] = self.content.image.size();
         let strength = strength(&self.look);
         let mut uniforms = Uniforms {
             image: [rect.left(), rect.top(), rect.width(), rect.height()].map(|v| v * pixels_per_point),
-            color_size: [width as f32, height as f32],
-            plane_size: over.map_or([1.0; 2], |over| over.size.map(|side| side as f32)),
             strength,
             outline_strength: outline(&self.look),
             hatching: HATCHING * strength,

@@ -7,13 +7,9 @@ use inplace_core::session::Preview;
 use inplace_model::workspace::Workspace;
 
 use super::region::Region;
-use super::shapes::{HALO, fill, stroke_color};
+use super::shapes::{HALO, stroke_color};
 use super::view::Placement;
 
-/// The lines of the outline, one over the other: half their widths in points, and their colours; the innermost has the
-/// colour of the class.
-const LINES: [(f32, Color32); 2] = [(2.25, HALO), (1.5, Color32::WHITE)];
-const INNERMOST: f32 = 1.0;
 /// How much its inside covers: enough to tell it from its outside.
 const INSIDE: f32 = 0.15;
 
@@ -36,10 +32,8 @@ impl HoverLayer {
         };
         let own = stroke_color(workspace, preview.stroke.class);
         let mut mesh = Mesh::default();
-        fill(&mut mesh, &region.runs, placement, own.gamma_multiply(INSIDE));
-        for (half, color) in LINES.into_iter().chain([(INNERMOST, own)]) {
-            region.add_border(&mut mesh, placement, half, color);
-        }
+        let lines = [(2.25, HALO), (1.5, Color32::WHITE), (1.0, own)];
+        region.paint(&mut mesh, placement, own.gamma_multiply(INSIDE), &lines);
         painter.add(mesh);
     }
 }

@@ -11,7 +11,7 @@ use inplace_model::palette::Palette;
 use inplace_model::versioned::{Version, Versioned};
 
 use super::view::Placement;
-use crate::background::{Background, Desk, Gone};
+use crate::background::{Desk, Gone};
 
 /// Colours that few classes have begin behind those of so many.
 const FEW_CLASSES: u16 = 12;
@@ -30,9 +30,7 @@ const WIDER: f32 = 1.5;
 /// A map whose objects are asked for, with the labels.
 #[derive(Clone, Debug)]
 pub struct Question {
-    /// The map.
     pub map: Versioned<Arc<FrameMap>>,
-    /// The labels.
     pub labels: LabelSet,
     /// The objects that no stroke names, as they were known when the project was opened.
     pub parts: Arc<[KnownPart]>,
@@ -68,9 +66,7 @@ pub struct Entries {
 /// An object, or what of a class belongs to none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The class.
     pub class: ClassId,
-    /// The object.
     pub object: Option<Object>,
     /// Whether it is the first of its class.
     is_first: bool,
@@ -93,16 +89,8 @@ pub struct ObjectPlane {
     seen: BTreeMap<u16, (u32, Pixel, u32)>,
 }
 
-/// The window's end of the thread.
-pub type ObjectFinder = Background<Question, ObjectPlane>;
-
-/// Starts the thread.
-pub fn object_finder(ctx: egui::Context) -> ObjectFinder {
-    Background::new(ctx, "objects", find)
-}
-
 /// Answers the newest question.
-fn find(desk: &Desk<Question, ObjectPlane>) -> Result<(), Gone> {
+pub fn find(desk: &Desk<Question, ObjectPlane>) -> Result<(), Gone> {
     let mut known: Option<Arc<SceneObjects>> = None;
     loop {
         let question = desk.newest()?;

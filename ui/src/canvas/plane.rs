@@ -44,7 +44,6 @@ pub enum Reading {
     Classes,
     /// They are values.
     Values {
-        /// Their colours.
         table: Table,
         /// A value times this is a column of the table; the last column stands for all beyond.
         scale: f32,
@@ -58,7 +57,6 @@ pub enum Reading {
 pub struct Over {
     /// Width and height of the plane, which covers the whole image.
     pub size: [u32; 2],
-    /// Its numbers.
     pub texels: Texels,
     /// Different for all numbers.
     pub version: Version,
@@ -69,7 +67,6 @@ pub struct Over {
 }
 
 impl Over {
-    /// Classes.
     pub fn classes(size: [u32; 2], texels: Texels, version: Version) -> Self {
         Self {
             size,
@@ -93,12 +90,25 @@ impl Over {
         }
     }
 
-    /// Depths.
     pub fn depth(plane: &Versioned<DepthPlane>) -> Self {
         let texels = Texels::Made(Arc::clone(&plane.values));
         Self {
             reading: DepthPlane::READING,
             ..Self::classes(plane.size, texels, plane.version())
+        }
+    }
+
+    /// Numbers that have a column of this table each, over an image that is dimmed to grey.
+    pub fn marks(size: [u32; 2], values: Arc<[u16]>, table: Table) -> Self {
+        let reading = Reading::Values {
+            table,
+            scale: 1.0,
+            hole: None,
+        };
+        Self {
+            reading,
+            greyed: true,
+            ..Self::classes(size, Texels::Made(values), Version::new())
         }
     }
 
@@ -184,20 +194,6 @@ pub fn measured_depth(frame: &Frame, depth: &DepthMap, index: usize) -> Option<f
     );
     Some(depth.ray_length(index)? / frame.camera.pixel_direction(column, row).length())
 }
-
-/// How a plane of [`disagreement`] is read.
-pub const AGREEMENT: Reading = Reading::Values {
-    table: Table::Disagreement,
-    scale: 1.0,
-    hole: None,
-};
-
-/// How a plane of differences is read.
-pub const DIFFERENCES: Reading = Reading::Values {
-    table: Table::Differences,
-    scale: 1.0,
-    hole: None,
-};
 
 /// The [`Agreement`] on every pixel of a map, as its number, row-major.
 ///

@@ -8,16 +8,16 @@ use inplace_core::scene::{Scene, SceneError};
 use inplace_core::session::FrameMap;
 use inplace_model::comparison::OtherLabels;
 use inplace_model::overview::Contradicted;
+use inplace_model::palette::Table;
 use inplace_model::versioned::{Version, Versioned};
 
 use super::content::Picture;
-use super::plane::{DepthPlane, disagreement};
-use crate::background::{Background, Desk, Gone};
+use super::plane::{DepthPlane, Over, disagreement};
+use crate::background::{Desk, Gone};
 
 /// Everything about a frame that is wanted and not there yet.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// The scene.
     pub scene: Arc<Scene>,
     /// The frame in view.
     pub frame: usize,
@@ -42,8 +42,6 @@ pub struct Said {
     pub labels: LabelSet,
     /// What the strokes say of each other.
     pub contradicted: Versioned<Arc<Contradicted>>,
-    /// Generation of the labels.
-    pub generation: u64,
 }
 
 /// Something that is ready now.
@@ -66,50 +64,41 @@ pub enum Part {
 /// How the labels agree with a map, pixel for pixel.
 #[derive(Clone, Debug)]
 pub struct AgreementPlane {
-    /// Width and height.
-    pub size: [u32; 2],
-    /// Numbers of [`Agreement`](inplace_model::palette::Agreement), row-major.
-    pub values: Versioned<Arc<[u16]>>,
+    /// Numbers of [`Agreement`](inplace_model::palette::Agreement).
+    pub over: Over,
     /// Version of the map.
     pub map: Version,
-    /// Generation of the labels, and version of the contradicted strokes.
-    pub said: (u64, Version),
 }
 
 /// Where a map differs from another project's, pixel for pixel.
 #[derive(Clone, Debug)]
 pub struct DifferencePlane {
-    /// Width and height.
-    pub size: [u32; 2],
-    /// Numbers of [`Difference`](inplace_core::export::Difference), row-major.
-    pub values: Versioned<Arc<[u16]>>,
+    /// Numbers of [`Difference`](inplace_core::export::Difference).
+    pub over: Over,
     /// The other project's classes, row-major.
     pub other: Vec<ClassId>,
-    /// Versions of the map and of the matching of the classes.
-    pub made_of: (Version, Version),
+    /// Version of the map.
+    pub map: Version,
 }
 
 impl DifferencePlane {
     /// The other project's class of a pixel; `None` outside.
     pub fn other_at(&self, [x, y]: Pixel) -> Option<ClassId> {
-        let [width, height] = self.size;
+        let [width, height] = self.over.size;
         let index = y as usize * width as usize + x as usize;
         (x < width && y < height).then(|| self.other[index])
     }
 }
 
-/// The window's end of the thread: what is asked takes the place of what was asked before.
-pub type Preparer = Background<Request, Part>;
-
-/// Starts the thread.
-pub fn preparer(ctx: egui::Context) -> Preparer {
-    Background::new(ctx, "canvas", move |desk| {
-        let worker = Worker {
-            desk,
-            looked_up: None,
-        };
-        worker.run()
-    })
+/// Answers requests: what is asked takes the place of what was asked before.
+pub fn answer(desk: &Desk<Request, Part>) -> Result<(), Gone> {
+    let mut worker = Worker {
+        desk,
+        looked_up: None,
+    };
+    loop {
+        worker.prepare(desk.newest()?)?;
+    }
 }
 
 /// The thread's end.
@@ -120,18 +109,8 @@ struct Worker<'a> {
 }
 
 impl Worker<'_> {
-    fn run(mut self) -> Result<(), Gone> {
-        let mut next = self.desk.newest()?;
-        loop {
-            next = match self.prepare(next)? {
-                Some(newer) => newer,
-                None => self.desk.newest()?,
-            };
-        }
-    }
-
     /// Makes what is asked for, part by part, unless something newer is asked for meanwhile.
-    fn prepare(&mut self, mut request: Request) -> Result<Option<Request>, Gone> {
+    fn prepare(&mut self, mut request: Request) -> Result<(), Gone> {
         let steps = [
             Self::picture,
             Self::look_up,
@@ -141,18 +120,15 @@ impl Worker<'_> {
             Self::visible,
         ];
         for step in steps {
-            if let Some(newer) = self.desk.newer()? {
-                return Ok(Some(newer));
+            if self.desk.is_asked() {
+                return Ok(());
             }
             step(self, &mut request)?;
         }
-        while !request.pictures.is_empty() {
-            if let Some(newer) = self.desk.newer()? {
-                return Ok(Some(newer));
-            }
+        while !request.pictures.is_empty() && !self.desk.is_asked() {
             self.picture(&mut request)?;
         }
-        Ok(None)
+        Ok(())
     }
 
     fn picture(&mut self, request: &mut Request) -> Result<(), Gone> {
@@ -163,7 +139,7 @@ impl Worker<'_> {
         let Some(frame) = request.scene.frames.get(index) else {
             return Ok(());
         };
-        let picture = frame.pixels().map(|pixels| Arc::new(Picture::new(&pixels.color)));
+        let picture = frame.pixels().map(|pixels| Arc::new(Picture::new(pixels.color)));
         self.desk.tell(Part::Picture(index, picture))
     }
 
@@ -208,10 +184,8 @@ impl Worker<'_> {
         let image = imported.and_then(|images| images.of_frame(map.frame));
         let values = disagreement(map, image, &said.labels, &said.contradicted);
         self.desk.tell(Part::Agreement(AgreementPlane {
-            size: [map.width, map.height],
-            values: Versioned::new(values.into()),
+            over: Over::marks([map.width, map.height], values.into(), Table::Disagreement),
             map: map.version(),
-            said: (said.generation, said.contradicted.version()),
         }))
     }
 
@@ -227,10 +201,9 @@ impl Worker<'_> {
         let difference = |(&own, &other): (&ClassId, &ClassId)| matching.difference([own, other]) as u16;
         let values: Arc<[u16]> = own.iter().zip(&other).map(difference).collect();
         self.desk.tell(Part::Differences(DifferencePlane {
-            size: [map.width, map.height],
-            values: Versioned::new(values),
+            over: Over::marks([map.width, map.height], values, Table::Differences),
             other,
-            made_of: (map.version(), matching.version()),
+            map: map.version(),
         }))
     }
 

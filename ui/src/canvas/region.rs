@@ -5,13 +5,14 @@ use std::sync::Arc;
 use egui::{Color32, Mesh, Rect, pos2};
 use inplace_core::labels::Run;
 
+use super::shapes::fill;
 use super::view::Placement;
 
 /// A set of pixels: its runs, and the sides of its pixels where it ends, in image positions.
 #[derive(Clone, Debug)]
 pub struct Region {
     /// Its pixels, by row and column; no run touches another.
-    pub runs: Arc<[Run]>,
+    runs: Arc<[Run]>,
     border: Arc<[Rect]>,
 }
 
@@ -24,12 +25,16 @@ impl Region {
         }
     }
 
-    /// Adds its border to a mesh, so many points wide to each side.
-    pub fn add_border(&self, mesh: &mut Mesh, placement: Placement, half: f32, color: Color32) {
-        mesh.reserve_vertices(4 * self.border.len());
-        for side in self.border.iter() {
-            let side = Rect::from_min_max(placement.to_screen(side.min), placement.to_screen(side.max));
-            mesh.add_colored_rect(side.expand(half), color);
+    /// Adds its inside to a mesh, and over it lines along its border, one over the other: half their widths in points, and
+    /// their colours.
+    pub fn paint(&self, mesh: &mut Mesh, placement: Placement, inside: Color32, lines: &[(f32, Color32)]) {
+        fill(mesh, &self.runs, placement, inside);
+        for &(half, color) in lines {
+            mesh.reserve_vertices(4 * self.border.len());
+            for side in self.border.iter() {
+                let side = Rect::from_min_max(placement.to_screen(side.min), placement.to_screen(side.max));
+                mesh.add_colored_rect(side.expand(half), color);
+            }
         }
     }
 }

@@ -25,9 +25,7 @@ const MENU: egui::Vec2 = vec2(152.0, 28.0);
 /// A part of the canvas and the layer that it shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
-    /// Where it is.
     pub clip: Rect,
-    /// What it shows.
     pub layer: Layer,
 }
 

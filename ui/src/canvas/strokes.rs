@@ -11,7 +11,7 @@ use inplace_model::versioned::Version;
 use inplace_model::workspace::Workspace;
 
 use super::region::Region;
-use super::shapes::{FILL, HALO, disc, fill, line_shapes, stroke_color};
+use super::shapes::{FILL, HALO, disc, line_shapes, stroke_color};
 use super::view::Placement;
 use crate::theme;
 
@@ -118,13 +118,19 @@ impl StrokeLayer {
                 continue;
             }
             match region {
-                Some(region) => pen.region(&region, placement, color),
+                Some(region) => {
+                    let lines = [(1.75, HALO), (1.0, color)];
+                    region.paint(&mut pen.mesh, placement, color.gamma_multiply(FILL), &lines);
+                }
                 None => pen.line(stroke, placement, color),
             }
         }
         if let Some((stroke, region, color)) = marked {
             match region {
-                Some(region) => pen.marked_region(&region, placement, color, of.accent),
+                Some(region) => {
+                    let lines = [(4.0, of.accent), (1.75, Color32::WHITE)];
+                    region.paint(&mut pen.mesh, placement, color.gamma_multiply(1.8 * FILL), &lines);
+                }
                 None => pen.marked_line(stroke, placement, color, of.accent),
             }
         }
@@ -191,25 +197,5 @@ impl MeshPen {
             }
         }
         self.line(stroke, placement, color);
-    }
-
-    fn region(&mut self, region: &Region, placement: Placement, color: Color32) {
-        self.fill(region, placement, color.gamma_multiply(FILL));
-        self.border(region, placement, 1.75, HALO);
-        self.border(region, placement, 1.0, color);
-    }
-
-    fn marked_region(&mut self, region: &Region, placement: Placement, color: Color32, accent: Color32) {
-        self.fill(region, placement, color.gamma_multiply(1.8 * FILL));
-        self.border(region, placement, 4.0, accent);
-        self.border(region, placement, 1.75, Color32::WHITE);
-    }
-
-    fn fill(&mut self, region: &Region, placement: Placement, color: Color32) {
-        fill(&mut self.mesh, &region.runs, placement, color);
-    }
-
-    fn border(&mut self, region: &Region, placement: Placement, half: f32, color: Color32) {
-        region.add_border(&mut self.mesh, placement, half, color);
     }
 }

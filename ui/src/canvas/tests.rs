@@ -7,12 +7,12 @@ use inplace_core::labels::Class;
 use inplace_core::scene::{ColorImage, Scene};
 use inplace_core::session::FrameMap;
 use inplace_model::layer::{Layer, Look};
-use inplace_model::palette::Palette;
-use inplace_model::versioned::{Version, Versioned};
+use inplace_model::palette::{Palette, Table};
+use inplace_model::versioned::Versioned;
 use inplace_model::view::View;
 
-use super::content::{Content, Image, Picture, ShownMap};
-use super::plane::{AGREEMENT, DepthPlane, Over, Texels};
+use super::content::{Content, Picture, ShownMap};
+use super::plane::{DepthPlane, Over};
 use super::view::Placement;
 use super::{UploadClock, cpu, gpu};
 
@@ -41,22 +41,16 @@ fn overs(palette: &Palette) -> Vec<(Layer, Option<Over>)> {
     let shown = ShownMap::new(Versioned::new(map));
     let depths: Vec<f32> = (0..pixels).map(|index| (index % 50) as f32 * 0.1).collect();
     let depth = DepthPlane::new(SIZE, &depths);
-    let made = |values: Arc<[u16]>, reading, greyed| {
-        Some(Over {
-            size: SIZE,
-            texels: Texels::Made(values),
-            version: Version::new(),
-            reading,
-            greyed,
-        })
-    };
     let agreement = (0..pixels).map(|index| (index % 4) as u16).collect();
     vec![
         (Layer::Color, None),
         (Layer::Labels, shown.over(Layer::Labels, palette)),
         (Layer::Entropy, shown.over(Layer::Entropy, palette)),
-        (Layer::Disagreement, made(agreement, AGREEMENT, true)),
-        (Layer::Depth, made(depth.values, DepthPlane::READING, false)),
+        (
+            Layer::Disagreement,
+            Some(Over::marks(SIZE, agreement, Table::Disagreement)),
+        ),
+        (Layer::Depth, Some(Over::depth(&Versioned::new(depth)))),
     ]
 }
 
@@ -68,7 +62,7 @@ fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
         Class::new(2, "floor"),
         Class::new(300, "lamp"),
     ]);
-    let picture = Arc::new(Picture::new(&scene.frames[0].color()));
+    let picture = Arc::new(Picture::new(scene.frames[0].color()));
     let size = vec2(SIZE[0] as f32, SIZE[1] as f32);
     // One point for every pixel of the image, beside the margin of a fitted one.
     let canvas = Rect::from_min_size(pos2(0.0, 0.0), size + vec2(32.0, 32.0));
@@ -88,8 +82,6 @@ fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
             SIZE.map(|side| side as usize),
         );
         let content = Content {
-            image: Image::OfFrame(Arc::clone(&scene), 0),
-            image_version: Version::new(),
             picture: Some(Arc::clone(&picture)),
             over,
             map: None,

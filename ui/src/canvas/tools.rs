@@ -27,7 +27,6 @@ pub enum Outcome {
     /// A stroke was pointed at, or no stroke: the image position (the centre of pixel 0 is 0.5), which may be
     /// outside the image.
     Picked(Pos2),
-    /// The view moved.
     Moved(View),
     /// The brush should grow (positive) or shrink (negative) by so many steps.
     Brush(i32),
@@ -40,7 +39,6 @@ pub struct CanvasPlace {
     pub canvas: Rect,
     /// Image size in pixels.
     pub size: Vec2,
-    /// The chosen tool.
     pub tool: Tool,
     /// Whether the key that turns a left drag into panning is held.
     pub pan_key: bool,

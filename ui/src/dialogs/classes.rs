@@ -8,7 +8,7 @@ use inplace_model::dialogs::{AddClasses, ClassChoice, ClassSource, Purpose};
 use inplace_model::text::counted;
 use inplace_model::{Command, Commands};
 
-use super::form::{confirm, path_field, text_field};
+use super::form::{browse, confirm, path_field, text_field};
 use crate::widgets::{line_of_text, swatch};
 
 /// Height of a line of the list, in points.
@@ -66,9 +66,7 @@ fn file(dialog: &mut AddClasses, ui: &mut Ui, commands: &mut Commands) {
         if read.clicked() || entered && !path.is_empty() {
             commands.push(Command::ReadClasses(PathBuf::from(path)));
         }
-        if ui.button("Browse...").clicked() {
-            commands.push(Command::Browse(Purpose::Classes));
-        }
+        browse(ui, "Browse...", Purpose::Classes, commands);
     });
 }
 

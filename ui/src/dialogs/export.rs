@@ -6,18 +6,15 @@ use inplace_core::labels::PALETTES;
 use inplace_model::dialogs::{ExportChoice, Purpose};
 use inplace_model::{Command, Commands};
 
-use super::form::{confirm, path_field};
+use super::form::{browse, confirm, path_field};
 use crate::widgets::choice_box;
 
 /// Per cent below which a class is left away where that is asked for first: it is no better than a guess.
 const FIRST_THRESHOLD: u8 = 50;
 
-/// Draws the question.
 pub fn show(ui: &mut Ui, choice: &mut ExportChoice, commands: &mut Commands) {
     let entered = path_field(ui, &mut choice.path, "Export folder");
-    if ui.button("Browse...").clicked() {
-        commands.push(Command::Browse(Purpose::Export));
-    }
+    browse(ui, "Browse...", Purpose::Export, commands);
     ui.add_space(4.0);
     egui::Grid::new("export")
         .num_columns(2)
@@ -112,7 +109,6 @@ fn description(format: Format) -> &'static str {
     }
 }
 
-/// A format's name.
 fn title(format: Format) -> &'static str {
     match format {
         Format::Png => "Label images",

@@ -1,6 +1,7 @@
 //! What dialogs are made of: fields, and the buttons at the end.
 
 use egui::{Key, Ui};
+use inplace_model::dialogs::Purpose;
 use inplace_model::{Command, Commands};
 
 use crate::widgets::main_button_enabled;
@@ -26,6 +27,13 @@ pub fn text_field(ui: &mut Ui, text: &mut String, name: &str, hint: &'static str
         response.request_focus();
     }
     response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
+}
+
+/// A button that asks for a file or a folder.
+pub fn browse(ui: &mut Ui, text: &str, purpose: Purpose, commands: &mut Commands) {
+    if ui.button(text).clicked() {
+        commands.push(Command::Browse(purpose));
+    }
 }
 
 /// One line of controls from the right.

@@ -36,18 +36,11 @@ pub fn listen(choosing: &mut Option<ChosenKey>, ctx: &egui::Context, commands: &
     }
     let mut pressed = None;
     ctx.input_mut(|input| {
-        input.events.retain(|event| match event {
-            Event::Key {
-                key,
-                pressed: true,
-                modifiers,
-                ..
-            } => {
-                pressed = pressed.or_else(|| keys::shortcut(*modifiers, *key));
-                false
-            }
-            Event::Text(_) | Event::Cut | Event::Copy | Event::Paste(_) => false,
-            _ => true,
+        input.events.retain(|event| {
+            let key = keys::pressed(event);
+            pressed = pressed.or_else(|| key.and_then(|(modifiers, key)| keys::shortcut(modifiers, key)));
+            let typed = matches!(event, Event::Text(_) | Event::Cut | Event::Copy | Event::Paste(_));
+            key.is_none() && !typed
         });
     });
     let Some(pressed) = pressed else {
@@ -67,7 +60,6 @@ pub fn listen(choosing: &mut Option<ChosenKey>, ctx: &egui::Context, commands: &
     }
 }
 
-/// Draws the settings.
 pub fn show(choosing: &mut Option<ChosenKey>, ui: &mut Ui, model: &Model, commands: &mut Commands) {
     ScrollArea::vertical()
         .auto_shrink([false, true])

@@ -42,7 +42,6 @@ enum Line<'a> {
 }
 
 impl ClassPanel {
-    /// Draws the list.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         heading(ui, "Classes", |ui| menu::of_list(ui, workspace, commands));
         self.add_field(ui, workspace, commands);

@@ -49,7 +49,6 @@ impl Filmstrip {
         }
     }
 
-    /// Draws the strip.
     pub fn show(&mut self, ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
         if self.scene != workspace.serial {
             self.scene = workspace.serial;

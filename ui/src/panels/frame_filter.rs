@@ -17,7 +17,6 @@ pub struct FrameFilterRow {
 }
 
 impl FrameFilterRow {
-    /// Draws the row.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         // Where there is little room, each of the three has a third of it.
         let third = (ui.available_width() - 2.0 * crate::theme::GAP) / 3.0;

@@ -36,7 +36,6 @@ enum Beside {
 struct Callout {
     /// The hint, remembered once it is dismissed or followed; `None` = what is going on, said every time.
     hint: Option<Hint>,
-    /// The sentence.
     text: String,
     /// What it speaks of.
     beside: Beside,

@@ -26,7 +26,6 @@ const STATE_WIDTH: f32 = 80.0;
 /// On the button while an export runs.
 const EXPORT_RUNS: &str = "An export is under way: wait for its end, or cancel it.";
 
-/// Draws the menu bar.
 pub fn show(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Commands) {
     egui::MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| {

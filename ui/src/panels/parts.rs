@@ -160,11 +160,12 @@ pub fn facts(ui: &mut Ui, id: &str, width: f32, facts: impl IntoIterator<Item = 
                 if !meaning.is_empty() {
                     name.on_hover_text(meaning);
                 }
+                let value = value.unwrap_or_else(|| "not known yet".to_owned());
                 ui.add(egui::Label::new(value).truncate());
                 ui.end_row();
             }
         });
 }
 
-/// A name, a value, and what it means.
-pub type Fact = (&'static str, String, &'static str);
+/// A name, a value where it is known, and what it means.
+pub type Fact = (&'static str, Option<String>, &'static str);

@@ -37,7 +37,6 @@ pub struct ProgressPanel {
 }
 
 impl ProgressPanel {
-    /// Draws the panel.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             answer(ui, workspace);
@@ -192,45 +191,44 @@ fn answer(ui: &mut Ui, workspace: &Workspace) {
 
 fn numbers(ui: &mut Ui, workspace: &Workspace) {
     let (overview, document) = (&workspace.overview, &workspace.document);
-    let share = |share: Option<f32>| share.map_or_else(|| "not known yet".to_owned(), numbers::share);
     let evidence = &overview.evidence;
-    let checked = match evidence.checked {
-        0 => "not known yet".to_owned(),
-        checked => {
-            let agreeing = checked.saturating_sub(evidence.contradicted);
-            format!("{agreeing} of {checked} checked")
-        }
-    };
+    let checked = (evidence.checked > 0).then(|| {
+        let agreeing = evidence.checked.saturating_sub(evidence.contradicted);
+        format!("{agreeing} of {} checked", evidence.checked)
+    });
     let rows = [
-        ("Strokes", document.labels().strokes.len().to_string(), ""),
+        ("Strokes", Some(document.labels().strokes.len().to_string()), ""),
         (
             "Drawn on",
-            frames_done(document.labelled_frames(), workspace.scene.frames.len()),
+            Some(frames_done(
+                document.labelled_frames(),
+                workspace.scene.frames.len(),
+            )),
             "Frames that have strokes; labels spread to all the others",
         ),
         (
             "Frames",
-            format!(
+            Some(format!(
                 "{} of {} checked",
                 document.labels().checked.len(),
                 workspace.scene.frames.len()
-            ),
+            )),
             "Frames that you have marked as checked",
         ),
         ("Agreeing strokes", checked, AGREEMENT_MEANS),
         (
             "Covered",
-            share(overview.mean(|summary| summary.coverage)),
+            overview.mean(|summary| summary.coverage).map(numbers::share),
             "Share of the pixels of all frames that have a class",
         ),
         (
             "Clear",
-            share(overview.mean(|summary| 1.0 - summary.unclear)),
+            overview.mean(|summary| 1.0 - summary.unclear).map(numbers::share),
             "Share of the pixels of all frames whose class is more likely right than wrong",
         ),
         (
             "Labelling time",
-            numbers::duration(overview.log.labelling.as_secs_f64()),
+            Some(numbers::duration(overview.log.labelling.as_secs_f64())),
             "Time with something done at least once a minute; breaks do not count",
         ),
     ];

@@ -84,54 +84,45 @@ fn summary(status: &Status, most: f32) -> String {
 }
 
 fn rows(status: &Status, most: f32) -> [Fact; 7] {
-    let unknown = || "not known yet".to_owned();
     [
         (
             "Steps",
-            grouped(status.steps),
+            Some(grouped(status.steps)),
             "Training steps of the field that learns the scene's shape and colour",
         ),
         (
             "Time",
-            numbers::duration(status.geometry_seconds),
+            Some(numbers::duration(status.geometry_seconds)),
             "Time spent training",
         ),
         (
             "Image quality",
-            status
-                .held_out_psnr
-                .map_or_else(unknown, |db| numbers::decibels(db.into())),
+            status.held_out_psnr.map(|db| numbers::decibels(db.into())),
             "How well the field predicts frames that it was not trained on (PSNR); more is better",
         ),
         (
             "Depth error",
             status
                 .depth_error
-                .map_or_else(unknown, |metres| format!("{:.1} cm", 100.0 * metres)),
+                .map(|metres| format!("{:.1} cm", 100.0 * metres)),
             "Median error of the field's depth where the capture has measured depth",
         ),
         (
             "Uncertainty",
-            status
-                .mean_entropy
-                .map_or_else(unknown, |entropy| numbers::unsure(entropy, most)),
+            status.mean_entropy.map(|entropy| numbers::unsure(entropy, most)),
             UNCERTAINTY_MEANS,
         ),
         (
             "Model",
-            if status.capacity.is_empty() {
-                unknown()
-            } else {
-                status.capacity.clone()
-            },
+            (!status.capacity.is_empty()).then(|| status.capacity.clone()),
             "The size that was chosen for this scene",
         ),
         (
             "Mishaps",
-            match (status.skipped_steps, status.undone) {
+            Some(match (status.skipped_steps, status.undone) {
                 (0, 0) => "none".to_owned(),
                 (skipped, undone) => format!("{} steps left out, {undone} returns", grouped(skipped)),
-            },
+            }),
             "Steps that were left out because a number in them was not finite, and returns to an earlier state of the model, at half the learning rate",
         ),
     ]

@@ -50,7 +50,6 @@ impl SuggestionPanel {
         }
     }
 
-    /// Draws the list.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         self.thumbnails.collect(workspace.serial);
         let hovered = ui.rect_contains_pointer(ui.max_rect());

@@ -21,7 +21,6 @@ const SPACIOUS: f32 = 784.0;
 /// Narrowest that the tool bar can be.
 pub const LEAST_WIDTH: f32 = 440.0;
 
-/// Draws the tool bar.
 pub fn show(ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
     let settings = &model.settings;
     let width = ui.available_width();

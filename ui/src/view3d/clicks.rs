@@ -79,11 +79,15 @@ impl View3d {
                 self.picker.ask(ask(sight.ray(position), slack, Purpose::Pivot));
             } else if response.clicked_by(PointerButton::Primary) {
                 if let Some(mark) = pointed {
-                    let frame = match mark {
-                        Mark::Frame(frame) => frame,
-                        Mark::Suggestion(index) => workspace.suggestions().listed[index].frame,
+                    let (frame, pixel) = match mark {
+                        Mark::Frame(frame) => (frame, None),
+                        Mark::Suggestion(index) => {
+                            let place = &workspace.suggestions().listed[index];
+                            (place.frame, Some(place.pixel))
+                        }
                     };
-                    self.fly_to(frame, (workspace, prepared), camera, now, Some(mark));
+                    let then = Some((frame, pixel));
+                    self.fly_to(frame, (workspace, prepared), camera, now, then);
                     ui.ctx().request_repaint();
                 } else {
                     self.click = Some(Click {

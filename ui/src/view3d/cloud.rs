@@ -44,7 +44,6 @@ pub struct Cloud {
     pub version: Version,
     /// What it was made of.
     pub surface: Arc<Surface>,
-    /// The splats.
     pub splats: Vec<Splat>,
     /// The node of each splat.
     pub nodes: Vec<u32>,
@@ -65,7 +64,6 @@ pub struct Values {
 /// What is drawn.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// The splats.
     pub cloud: Arc<Cloud>,
     /// What is known of them.
     pub values: Arc<Values>,
@@ -169,7 +167,6 @@ pub struct Preparer {
 }
 
 impl Preparer {
-    /// Starts the thread.
     pub fn new(ctx: egui::Context) -> Self {
         Self {
             thread: Background::new(ctx, "cloud", prepare),

@@ -1,5 +1,6 @@
 //! What stands over the 3D view: buttons, gestures, and notices about clicks.
 
+use egui::text::LayoutJob;
 use egui::{Color32, FontId, Layout, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2};
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_model::layer::Layer;
@@ -99,18 +100,11 @@ pub fn empty(ui: &mut Ui, area: Rect, words: &str) {
 /// The gestures and the key that fits the scene in, in the lower right corner.
 pub fn gestures(ui: &Ui, area: Rect) {
     let visuals = ui.visuals();
-    let font = FontId::proportional(12.0);
-    let mut job = egui::text::LayoutJob::default();
     let fit = FIT.key(ui.ctx());
     let key = (!fit.is_empty()).then_some((fit.as_str(), "fit"));
     let gestures: Vec<(&str, &str)> = GESTURES.into_iter().chain(key).collect();
-    for (index, (gesture, does)) in gestures.iter().enumerate() {
-        let gap = if index == 0 { 0.0 } else { 14.0 };
-        let format = |color| egui::TextFormat::simple(font.clone(), color);
-        job.append(gesture, gap, format(visuals.strong_text_color()));
-        job.append(does, 5.0, format(visuals.weak_text_color()));
-    }
-    job.wrap.max_width = area.width() - 2.0 * MARGIN - 16.0;
+    let colors = [visuals.strong_text_color(), visuals.weak_text_color()];
+    let job = gesture_job(&gestures, colors, area.width() - 2.0 * MARGIN - 16.0);
     let words: Vec<String> = gestures
         .iter()
         .map(|(gesture, does)| format!("{gesture}: {does}"))
@@ -124,6 +118,22 @@ pub fn gestures(ui: &Ui, area: Rect) {
         .galley(rect.min + vec2(8.0, 4.0), galley, visuals.text_color());
     let response = ui.interact(rect, ui.scope_id().with("gestures"), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, words.join(", ")));
+}
+
+/// Gestures with what they do, in these colours, in lines of at most this width in points.
+fn gesture_job(gestures: &[(&str, &str)], [strong, weak]: [Color32; 2], width: f32) -> LayoutJob {
+    let format = |color| egui::TextFormat::simple(FontId::proportional(12.0), color);
+    // Only at the space between two gestures may a line end.
+    let unbroken = |words: &str| words.replace(' ', "\u{a0}");
+    let mut job = LayoutJob::default();
+    for (index, (gesture, does)) in gestures.iter().enumerate() {
+        let gap = if index == 0 { 0.0 } else { 11.0 };
+        job.append(&unbroken(gesture), gap, format(strong));
+        job.append(&unbroken(does), 5.0, format(weak));
+        job.append(" ", 0.0, format(weak));
+    }
+    job.wrap.max_width = width;
+    job
 }
 
 /// What became of a click.
@@ -187,5 +197,25 @@ fn picture(
         let color = stroke_color(workspace, class);
         ui.painter()
             .circle(center, 4.0, color, Stroke::new(1.5, Color32::WHITE));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_gestures_end_between_two_of_them() {
+        let output = egui::Context::default().run_ui(egui::RawInput::default(), |ui| {
+            let job = gesture_job(&GESTURES, [Color32::WHITE; 2], 260.0);
+            let lines = ui.painter().layout_job(job);
+            assert!(lines.rows.len() > 1);
+            for line in &lines.rows {
+                let line = line.text().replace('\u{a0}', " ");
+                let whole = GESTURES.iter().any(|(_, does)| line.trim_end().ends_with(does));
+                assert!(whole, "{line}");
+            }
+        });
+        output.drop_without_applying_deltas();
     }
 }

@@ -10,6 +10,7 @@ use super::camera::Sight;
 use super::cloud::{Prepared, Splat};
 use super::pick::SPLAT_RADIUS;
 use super::targets::SplatLook;
+use crate::canvas::mix;
 
 /// Most splats drawn: egui cuts them into triangles anew in every frame.
 const MOST: usize = 30_000;
@@ -63,11 +64,8 @@ fn colored(splat: &Splat, value: u32, look: SplatLook, palette: &Palette) -> [u8
         Layer::Entropy => palette.value(Table::Entropy, column(value >> 16, palette)),
         _ => [0; 4],
     };
-    let alpha = look.opacity * f32::from(over[3]) / 255.0;
-    std::array::from_fn(|channel| {
-        let under = f32::from(splat.color[channel]);
-        (under + alpha * (f32::from(over[channel]) - under)).round() as u8
-    })
+    let [r, g, b, _] = splat.color;
+    mix([r, g, b], over, look.opacity)
 }
 
 #[cfg(test)]

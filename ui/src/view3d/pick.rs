@@ -9,7 +9,7 @@ use inplace_core::semantics::best_view;
 
 use super::camera::{NEAR, Ray};
 use super::cloud::Cloud;
-use crate::background::{Background, Desk};
+use crate::background::{Desk, Gone};
 
 /// Radius of a splat, in sides of its voxel: neighbours overlap.
 pub const SPLAT_RADIUS: f32 = 0.72;
@@ -54,7 +54,6 @@ pub struct Picked {
 pub struct Question {
     /// Tells scenes apart.
     pub serial: u64,
-    /// The scene.
     pub scene: Arc<Scene>,
     /// What is drawn.
     pub cloud: Arc<Cloud>,
@@ -64,7 +63,6 @@ pub struct Question {
     pub slack: f32,
     /// Whether splats that face away from the eye are not drawn.
     pub see_through: bool,
-    /// Why.
     pub purpose: Purpose,
 }
 
@@ -114,15 +112,10 @@ pub fn pick(cloud: &Cloud, ray: Ray, slack: f32, see_through: bool) -> Option<u3
 }
 
 /// Answers questions in their order.
-pub type Picker = Background<Question, Picked>;
-
-/// Starts the picker's thread.
-pub fn picker(ctx: egui::Context) -> Picker {
-    Background::new(ctx, "pick", |desk: &Desk<Question, Picked>| {
-        loop {
-            desk.tell(desk.next()?.answer())?;
-        }
-    })
+pub fn answer(desk: &Desk<Question, Picked>) -> Result<(), Gone> {
+    loop {
+        desk.tell(desk.next()?.answer())?;
+    }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use egui::{EventFilter, Key, PointerButton, Rect, Response, Ui};
 use glam::Vec3;
+use inplace_core::labels::Pixel;
 use inplace_model::space::OrbitCamera;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
@@ -9,7 +10,7 @@ use inplace_model::{Command, Commands};
 use super::View3d;
 use super::camera::{pan, zoom_at};
 use super::cloud::Prepared;
-use super::overlay::{self, Mark};
+use super::overlay;
 
 /// Points of a drag that an arrow key stands for, and how much nearer + comes.
 const KEY_DRAG: f32 = 30.0;
@@ -20,17 +21,14 @@ const WHEEL_POINTS: f32 = 250.0;
 /// Seconds that a flight takes.
 const FLIGHT_SECONDS: f64 = 0.6;
 
-/// A flight under way.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
-    /// Where it begins.
     pub from: OrbitCamera,
-    /// Where it ends.
     pub to: OrbitCamera,
     /// When it begins, in seconds.
     pub start: f64,
-    /// Where to go at its end.
-    pub then: Option<Mark>,
+    /// Where to go at its end: a frame, and the pixel of a suggestion there. The list may be another by then.
+    pub then: Option<(usize, Option<Pixel>)>,
 }
 
 impl Flight {
@@ -72,6 +70,7 @@ impl View3d {
         &mut self,
         ui: &Ui,
         camera: &mut OrbitCamera,
+        workspace: &Workspace,
         now: f64,
         commands: &mut Commands,
     ) -> bool {
@@ -86,11 +85,10 @@ impl View3d {
         }
         let then = flight.then;
         self.flight = None;
-        if let Some(mark) = then {
-            commands.push(match mark {
-                Mark::Frame(frame) => Command::GoToFrame(frame),
-                Mark::Suggestion(index) => Command::GoToSuggestion(index),
-            });
+        if let Some((frame, _)) = then {
+            let mut listed = workspace.suggestions().listed.iter();
+            let suggestion = listed.position(|place| then == Some((place.frame, Some(place.pixel))));
+            commands.push(suggestion.map_or(Command::GoToFrame(frame), Command::GoToSuggestion));
         }
         then.is_some()
     }
@@ -102,7 +100,7 @@ impl View3d {
         (workspace, prepared): (&Workspace, &Prepared),
         from: OrbitCamera,
         now: f64,
-        then: Option<Mark>,
+        then: Option<(usize, Option<Pixel>)>,
     ) {
         let Some(shown) = workspace.scene.frames.get(frame) else {
             return;

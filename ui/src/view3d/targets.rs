@@ -27,7 +27,6 @@ pub struct SplatLook {
 /// All that a picture depends on, but for its size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// The camera.
     pub clip_from_world: Mat4,
     /// Version of the splats.
     pub cloud: Version,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::{Key, Modifiers, PointerButton, Pos2};
+use inplace_core::guide::Suggestion;
 use inplace_core::scene::{DepthMap, Scene, SceneSource};
 use inplace_core::semantics::{LabelPropagation, Surface};
 use inplace_core::session::Event;
@@ -176,7 +177,7 @@ fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     let mut window = shown();
     let suggestion = suggestion(3);
     let [x, y] = suggestion.pixel;
-    window.suggest(1, vec![suggestion]);
+    window.suggest(1, vec![suggestion.clone()]);
     fly_to_frame(&mut window);
     // The node of that pixel, seen from the origin.
     let surface = wall();
@@ -187,9 +188,15 @@ fn a_click_on_a_suggestion_leads_to_it_in_its_frame() {
     let place = area.center() + focal / node.z * egui::vec2(node.x, node.y);
     window.hover(place);
     window.drag(PointerButton::Primary, &[place]);
+    // It has another rank before the camera is there.
+    let better = Suggestion {
+        frame: 1,
+        ..suggestion.clone()
+    };
+    window.suggest(1, vec![better, suggestion]);
     window.until_window("the frame is shown", |window| !window.workspace().space.shown);
     assert_eq!(window.frame_index(), 3);
-    assert_eq!(window.workspace().suggestions().at(), Some(0));
+    assert_eq!(window.workspace().suggestions().at(), Some(1));
     assert_eq!(window.strokes(), 0);
 }
 

@@ -291,8 +291,9 @@ fn ten_thousand_strokes_leave_the_window_quick() {
         Stroke::drawn(index as usize % FRAMES, 1 + (index % 2) as u16, 2, vec![line])
     };
     let mut window = opened((0..10_000).map(stroke));
-    window.harness.run_steps(5);
     let builds = |window: &Window| window.harness.state().canvas().strokes().builds;
+    window.until_window("the strokes are drawn", |window| builds(window) > 0);
+    window.harness.run_steps(5);
     let before = builds(&window);
     let start = Instant::now();
     window.harness.run_steps(20);
