@@ -36,12 +36,13 @@ pub use rendering::{RenderedLabels, RenderedView};
 pub use semantic_trainer::sampling;
 pub use surface_refiner::SurfaceRefiner;
 
-/// A handle to the worker. Dropping it stops the worker and waits for it.
+/// A handle to the worker. Dropping it stops the worker, and waits for it unless it is beside a window.
 #[derive(Debug)]
 pub struct Session {
     commands: Sender<Command>,
     events: Receiver<Event>,
     maps: Arc<MapSlots>,
+    /// `None` where nobody waits for its end.
     worker: Option<JoinHandle<()>>,
 }
 
@@ -80,7 +81,7 @@ impl Session {
             thread::run(options, scene, &commands, &outbox);
         });
         let worker = match worker {
-            Ok(handle) => Some(handle),
+            Ok(handle) => (!gives_way).then_some(handle),
             Err(error) => {
                 failed.send(Event::Error(format!(
                     "the training thread could not be started: {error}"

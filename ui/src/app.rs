@@ -6,14 +6,12 @@ mod frame;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use inplace_core::field::Preset;
-use inplace_core::scene::OpenOptions;
+use inplace_core::session::{Session, SessionOptions};
 use inplace_model::jobs::AutosavePath;
 use inplace_model::model::Start;
 use inplace_model::opening::Target;
 use inplace_model::preferences::Store;
 use inplace_model::project_session::Ending;
-use inplace_model::session_link::SessionStarter;
 use inplace_model::{Command, Model};
 
 use crate::canvas::Canvas;
@@ -30,21 +28,16 @@ use crate::trace::Trace;
 pub struct UiOptions {
     /// What is opened first; `None` = the start page, or the demo where nothing was opened before.
     pub open: Option<Target>,
-    /// What is read of captures.
-    pub read: OpenOptions,
-    /// How much the field may model.
-    pub preset: Preset,
-    /// Threads of the worker's pool; `None` = as the person prefers, or all cores but one.
-    pub threads: Option<usize>,
-    /// File of a pretrained network; `None` = as the person prefers.
-    pub features: Option<PathBuf>,
-    /// Seed of everything random.
-    pub seed: u64,
+    /// How scenes are read and learnt.
+    pub start: Start,
     /// Measure the window of the program that started then, and print the measurements at exit.
     pub stats: Option<Instant>,
     /// File that a record of what happens is written to.
     pub trace: Option<PathBuf>,
 }
+
+/// Starts sessions; the function is to be called after every event. Tests answer them in place of a worker.
+pub type SessionStarter = Box<dyn Fn(SessionOptions, Box<dyn Fn() + Send + Sync>) -> Session>;
 
 /// What the window needs from outside; tests bring their own.
 pub struct Environment {
@@ -92,16 +85,8 @@ impl App {
         let stats = options
             .stats
             .map(|started| Stats::new(canvas.clock().clone(), environment.renderer, started));
-        let model = Model::new(Start {
-            read: options.read,
-            preset: options.preset,
-            threads: options.threads,
-            features: options.features,
-            seed: options.seed,
-            preferences: environment.preferences.preferences().clone(),
-        });
         let mut app = Self {
-            model,
+            model: Model::new(options.start, environment.preferences.preferences().clone()),
             canvas,
             panels: Panels::new(ctx),
             dialogs: Dialogs::default(),

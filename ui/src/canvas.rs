@@ -166,7 +166,7 @@ impl Canvas {
         if let Some(frame) = &mut self.frame {
             frame.follow(workspace, (&layers, objects), Instant::now(), commands);
         }
-        if workspace.hover().pixel != self.hovered {
+        if workspace.hover.pixel != self.hovered {
             commands.push(Command::Hover(self.hovered));
         }
     }

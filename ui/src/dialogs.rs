@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use egui::{Pos2, Rect, Slider, Ui};
 use inplace_core::labels::Trust;
 use inplace_core::scene::SceneSource;
-use inplace_model::dialogs::{Dialog, MovedScene, Purpose};
+use inplace_model::dialogs::{ClassUse, Dialog, MovedScene, Purpose};
 use inplace_model::opening::Target;
 use inplace_model::{Command, Commands, Model};
 
@@ -163,7 +163,7 @@ fn first_class(ui: &mut Ui, name: &mut String, commands: &mut Commands) {
     let entered = text_field(ui, name, "Class name", "for example: wall");
     let name = name.trim();
     confirm(ui, "Add class", !name.is_empty(), entered, commands, || {
-        Command::AddClass(name.to_owned())
+        Command::AddClass(ClassUse::Choose, name.to_owned())
     });
 }
 

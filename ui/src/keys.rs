@@ -92,7 +92,7 @@ impl Asked {
     /// What they are about now.
     pub fn of(workspace: Option<&Workspace>) -> Self {
         match workspace {
-            Some(workspace) if workspace.auditing().at.is_some() => Self::Place,
+            Some(workspace) if workspace.auditing.at.is_some() => Self::Place,
             Some(workspace) if workspace.suggestions().is_active() => Self::Suggestion,
             _ => Self::Nothing,
         }
@@ -143,11 +143,7 @@ fn command_of(map: &KeyMap, pressed: Shortcut, asked: Asked) -> Option<Command> 
     if bound.is_none()
         && let Some(slot) = pressed.digit()
     {
-        return Some(if asked == Asked::Suggestion {
-            Command::AnswerSlot(slot)
-        } else {
-            Command::ChooseSlot(slot)
-        });
+        return Some(Command::ChooseSlot(slot));
     }
     let bound = bound.or_else(|| in_table(TABLE, map, pressed));
     bound.map(|(command, _)| command.command.clone())
@@ -234,7 +230,7 @@ mod tests {
             assert_eq!(pressed(key), command, "{key}");
         }
         let answer = |key| command_of(&KeyMap::default(), parsed(key), Asked::Suggestion);
-        assert_eq!(answer("3"), Some(Command::AnswerSlot(3)));
+        assert_eq!(answer("3"), Some(Command::ChooseSlot(3)));
         assert_eq!(answer("Delete"), Some(Command::SkipSuggestion));
         assert_eq!(answer("Ctrl+Z"), Some(Command::Undo));
         let judge = |key| command_of(&KeyMap::default(), parsed(key), Asked::Place);

@@ -27,5 +27,6 @@ mod view3d;
 mod widgets;
 
 pub use app::UiOptions;
+pub use inplace_model::model::Start;
 pub use inplace_model::opening::Target;
 pub use run::{UiError, run};

@@ -167,9 +167,9 @@ impl Stats {
         }
     }
 
-    /// Another frame came into view: what was waited for may never be shown.
-    pub fn looked_away(&mut self) {
-        self.waiting = None;
+    /// This frame is in view: what is waited for on another one may never be shown.
+    pub fn in_view(&mut self, frame: usize) {
+        self.waiting.take_if(|(_, clicked, _)| *clicked != frame);
     }
 
     /// A frame begins, so the one before was presented; `active` = the pointer moves or a button is down.

@@ -88,7 +88,7 @@ impl Trace {
         let workspace = model.workspace();
         let suggestions = workspace.map(Workspace::suggestions);
         let comparison = workspace.and_then(|workspace| workspace.comparison.as_ref());
-        let audit = workspace.and_then(|workspace| workspace.auditing().audit.as_ref());
+        let audit = workspace.and_then(|workspace| workspace.auditing.audit.as_ref());
         let now = Seen {
             typing,
             exported: exported.cloned(),

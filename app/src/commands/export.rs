@@ -71,13 +71,8 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let read = |done, total| progress.show_share("reading frames", done as f32 / total as f32);
         let scene = Scene::open(&session.source, open, &read)?;
         let contents = run::matched(contents, &scene, open)?;
-        exported(LabelledScene {
-            scene: &scene,
-            classes: &contents.history.labels().classes,
-            objects: &contents.history.labels().objects,
-            parts: &contents.parts(),
-            maps: &contents.maps,
-        })?
+        let (labels, parts) = (contents.history.labels(), contents.parts());
+        exported(LabelledScene::new(&scene, labels, &parts, &contents.maps))?
     } else {
         let is_learnt = session.state.is_some();
         let mut client = run::start(session, &progress);
@@ -110,13 +105,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             }
             None => run::maps(&mut client)?,
         };
-        let labelled = LabelledScene {
-            scene: &scene,
-            classes: &labels.classes,
-            objects: &labels.objects,
-            parts: &parts,
-            maps: &maps,
-        };
+        let labelled = LabelledScene::new(&scene, labels, &parts, &maps);
         match trajectory {
             Some(trajectory) => {
                 let model = client.saved()?;

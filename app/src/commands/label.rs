@@ -171,13 +171,7 @@ fn label(
     client.send(Command::Stop);
 
     let writing = Instant::now();
-    let labelled = LabelledScene {
-        scene: &scene,
-        classes: &labels.classes,
-        objects: &labels.objects,
-        parts: &parts,
-        maps: &maps,
-    };
+    let labelled = LabelledScene::new(&scene, &labels, &parts, &maps);
     export::export(
         &arguments.out,
         labelled,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use inplace_core::scene::SceneSource;
-use inplace_ui::{Target, UiError, UiOptions};
+use inplace_ui::{Start, Target, UiError, UiOptions};
 
 use super::{Failure, label};
 use crate::arguments::{LabelArguments, WindowArguments};
@@ -20,11 +20,13 @@ pub fn run(arguments: WindowArguments, demo: bool, started: Instant) -> Result<(
         } else {
             arguments.open.clone().map(Target::Path)
         },
-        read: arguments.training.reading.open_options(),
-        preset: arguments.training.preset,
-        threads: arguments.training.reading.threads.map(usize::from),
-        features: arguments.training.features.clone(),
-        seed: arguments.training.reading.seed,
+        start: Start {
+            read: arguments.training.reading.open_options(),
+            preset: arguments.training.preset,
+            threads: arguments.training.reading.threads.map(usize::from),
+            features: arguments.training.features.clone(),
+            seed: arguments.training.reading.seed,
+        },
         stats: arguments.stats.then_some(started),
         trace: arguments.trace,
     };

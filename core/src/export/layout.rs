@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::{ExportError, Ids, Options, Refusal, atomic};
-use crate::labels::{Class, ClassId, Object, ObjectId, VOID};
+use crate::labels::{Class, ClassId, LabelSet, Object, ObjectId, VOID};
 use crate::scene::{Frame, Scene};
 use crate::semantics::{KnownPart, Surface, SurfaceObjects};
 use crate::session::{CERTAIN, FrameMap};
@@ -28,6 +28,24 @@ pub struct LabelledScene<'a> {
     pub parts: &'a [KnownPart],
     /// One map for each frame, in any order.
     pub maps: &'a [Arc<FrameMap>],
+}
+
+impl<'a> LabelledScene<'a> {
+    /// A scene with its labels, the parts that they do not name, and the maps made from them.
+    pub fn new(
+        scene: &'a Scene,
+        labels: &'a LabelSet,
+        parts: &'a [KnownPart],
+        maps: &'a [Arc<FrameMap>],
+    ) -> Self {
+        Self {
+            scene,
+            classes: &labels.classes,
+            objects: &labels.objects,
+            parts,
+            maps,
+        }
+    }
 }
 
 /// What an export did.

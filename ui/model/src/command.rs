@@ -46,8 +46,6 @@ pub enum Command {
     RemoveImported,
     /// Shows a folder in the file manager.
     ShowFolder(PathBuf),
-    /// Puts a text on the clipboard.
-    Copy(String),
     /// Asks for a path with the system's dialog.
     Browse(Purpose),
     /// Shows a dialog, or closes the one shown.
@@ -86,11 +84,11 @@ pub enum Command {
     /// Does the last undone edit again.
     Redo,
 
-    /// Adds a class, makes it current and applies the click that waited for it.
-    AddClass(String),
+    /// Adds a class of this name, does something with it, and applies the click that waited for it.
+    AddClass(ClassUse, String),
     /// Makes a class current. With an object, its class becomes current, and from now on, strokes say the object.
     Choose(Named),
-    /// Makes the n-th class of the list current; 0 is void.
+    /// Labels the suggestion at hand with the n-th class of the list, or makes that current; 0 is void.
     ChooseSlot(usize),
     /// Gives a class or an object another name.
     Rename(Named, String),
@@ -118,15 +116,6 @@ pub enum Command {
     AddClasses(Vec<Class>),
     /// Moves a class to a place of the list, counted without it.
     MoveClass(ClassId, usize),
-    /// Moves a class in front of another one of the list, or behind it.
-    MoveClassBeside {
-        /// The class that moves.
-        class: ClassId,
-        /// The class that stays.
-        neighbour: ClassId,
-        /// Whether it goes behind.
-        below: bool,
-    },
     /// Locks a class or an object, or unlocks it.
     SetLocked(Named, bool),
     /// Hides a class or an object in the overlay, or shows it again.
@@ -141,8 +130,6 @@ pub enum Command {
     FindClass(ClassUse),
     /// Does something with the class that was found.
     UseClass(ClassUse, ClassId),
-    /// The same with a new class of this name.
-    UseNewClass(ClassUse, String),
     /// Reads a class list for the dialog that adds classes.
     ReadClasses(PathBuf),
     /// Writes the classes to a file.
@@ -174,8 +161,6 @@ pub enum Command {
     AnswerNew,
     /// Labels the suggestion at hand with its most likely class (0), or its second (1).
     AnswerLikely(usize),
-    /// Labels the suggestion at hand with the n-th class of the list; 0 is void.
-    AnswerSlot(usize),
     /// Leaves the suggestion at hand out and goes to the next one.
     SkipSuggestion,
     /// Lists the skipped suggestions again.

@@ -8,11 +8,9 @@ use std::time::{Duration, Instant};
 
 use inplace_core::export::{ClassMatching, Difference};
 use inplace_core::labels::{Class, ClassId, ImportedMap};
-use inplace_core::project::{Contents, ProjectError};
+use inplace_core::project::Contents;
 use inplace_core::scene::Scene;
-use inplace_core::session::{
-    Client, ClientError, Event, FrameMap, MapSlots, Phase, Saved, Session, SessionOptions,
-};
+use inplace_core::session::{Client, Event, FrameMap, MapSlots, Phase, Saved, Session, SessionOptions};
 
 use crate::jobs::JobTools;
 use crate::versioned::{Version, Versioned};
@@ -21,6 +19,8 @@ use crate::versioned::{Version, Versioned};
 const GENERATION: u64 = 1;
 /// How often a person's wish to stop is looked at.
 const TICK: Duration = Duration::from_millis(50);
+/// What nobody reads, since the one who stops it waits for it no more.
+const STOPPED: &str = "The reading of the other project was stopped.";
 /// Frames that are compared at once, so that what is known of them comes soon.
 const AT_ONCE: usize = 8;
 
@@ -35,27 +35,6 @@ pub struct OtherLabels {
     pub warnings: Vec<String>,
     /// The class of every pixel of each keyframe; `None` for other frames, whose images would have to be read for it.
     images: Vec<Option<ImportedMap>>,
-}
-
-/// Why another project is not compared with.
-#[derive(Debug, PartialEq, Eq)]
-pub enum NotCompared {
-    /// The person stopped it.
-    Stopped,
-    /// A sentence that says why.
-    Sentence(String),
-}
-
-impl From<ProjectError> for NotCompared {
-    fn from(error: ProjectError) -> Self {
-        Self::Sentence(format!("{error}."))
-    }
-}
-
-impl From<ClientError> for NotCompared {
-    fn from(error: ClientError) -> Self {
-        Self::Sentence(format!("The other project cannot be compared with: {error}."))
-    }
 }
 
 /// Name of a project file for people.
@@ -81,24 +60,27 @@ pub(crate) struct Reader {
 
 impl Reader {
     /// Takes the maps out of the file, or else makes them as an export does; `tell` is told how it goes, in words.
-    pub fn read(self, tools: &JobTools, tell: &dyn Fn(String)) -> Result<OtherLabels, NotCompared> {
+    ///
+    /// # Errors
+    /// A sentence that says why there is nothing to compare with.
+    pub fn read(self, tools: &JobTools, tell: &dyn Fn(String)) -> Result<OtherLabels, String> {
         let same = |own: &PathBuf| {
             let [own, other] = [own, &self.project].map(|path| path.canonicalize().ok());
             own.is_some() && own == other
         };
         if self.own.as_ref().is_some_and(same) {
-            let sentence = format!(
+            return Err(format!(
                 "{}: is the project that is open; choose another one of the same scene.",
                 self.project.display()
-            );
-            return Err(NotCompared::Sentence(sentence));
+            ));
         }
         tools.wait_for(&self.project);
-        let contents = Contents::read(&self.project)?.matched(&self.scene, self.session.open)?;
+        let contents = Contents::read(&self.project)
+            .and_then(|contents| contents.matched(&self.scene, self.session.open))
+            .map_err(|error| format!("{error}."))?;
         let labels = contents.history.labels();
         if !labels.says_anything() {
-            let sentence = format!("{}: nothing is labelled in it.", self.project.display());
-            return Err(NotCompared::Sentence(sentence));
+            return Err(format!("{}: nothing is labelled in it.", self.project.display()));
         }
         let keyframes = self.scene.keyframes();
         let kept = |&frame: &usize| contents.maps.iter().find(|map| map.frame == frame).cloned();
@@ -109,9 +91,7 @@ impl Reader {
         };
         let mut images: Vec<Option<ImportedMap>> = vec![None; self.scene.frames.len()];
         for (done, map) in maps.iter().enumerate() {
-            if self.is_stopped() {
-                return Err(NotCompared::Stopped);
-            }
+            self.check_stop()?;
             tell(format!("Reading its maps: {done} of {}", maps.len()));
             images[map.frame] = Some(ImportedMap::new(map.frame, &map.labels()));
         }
@@ -123,8 +103,11 @@ impl Reader {
         })
     }
 
-    fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+    fn check_stop(&self) -> Result<(), String> {
+        match self.stop.load(Ordering::Relaxed) {
+            true => Err(STOPPED.to_owned()),
+            false => Ok(()),
+        }
     }
 
     /// The maps of these frames, made from the labels by a session of their own.
@@ -133,7 +116,7 @@ impl Reader {
         contents: &Contents,
         frames: &[usize],
         tell: &dyn Fn(String),
-    ) -> Result<Vec<Arc<FrameMap>>, NotCompared> {
+    ) -> Result<Vec<Arc<FrameMap>>, String> {
         let is_final = true;
         let options = SessionOptions {
             state: contents.model.clone().map(|model| Saved { model, is_final }),
@@ -142,12 +125,16 @@ impl Reader {
         let session = Session::on(Arc::clone(&self.scene), options, || {});
         let mut client = Client::observing(session, |_| {});
         client.label(contents.history.labels().clone(), GENERATION);
-        while !self.is_stopped() {
+        loop {
+            self.check_stop()?;
             let is_final = client.status().is_final(GENERATION);
             if let Some(maps) = client.all_maps(GENERATION).filter(|_| is_final) {
                 return Ok(frames.iter().map(|&frame| Arc::clone(&maps[frame])).collect());
             }
-            match client.next(Some(Instant::now() + TICK))? {
+            let event = client.next(Some(Instant::now() + TICK));
+            let event =
+                event.map_err(|error| format!("The other project cannot be compared with: {error}."))?;
+            match event {
                 Some(Event::Estimating { share }) => {
                     tell(format!("Estimating depth: {:.0}%", 100.0 * share));
                 }
@@ -160,7 +147,6 @@ impl Reader {
                 _ => {}
             }
         }
-        Err(NotCompared::Stopped)
     }
 }
 
@@ -395,7 +381,7 @@ mod tests {
         let reader = unmapped(folder.path());
         reader.stop.store(true, Ordering::Relaxed);
         let read = reader.read(&tools(), &|_| {});
-        assert_eq!(read.unwrap_err(), NotCompared::Stopped);
+        assert_eq!(read.unwrap_err(), STOPPED);
     }
 
     #[test]

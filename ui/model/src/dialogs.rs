@@ -3,7 +3,7 @@
 mod add_classes;
 mod finder;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use inplace_core::export::{Format, IdMap, Options};
 use inplace_core::labels::{ClassPalette, Stroke, Trust};
@@ -85,7 +85,12 @@ impl Dialog {
 
     /// Asks what to export; the path, and what was chosen last, are filled in when it is shown.
     pub const fn export() -> Self {
-        Self::Export(ExportChoice::as_in_project())
+        Self::Export(ExportChoice {
+            path: String::new(),
+            format: Format::Png,
+            ids: None,
+            least_percent: None,
+        })
     }
 
     /// Asks for a folder of label images.
@@ -95,27 +100,10 @@ impl Dialog {
             trust: Trust::VOTES,
         }
     }
-
-    /// Puts a path that the system's dialog gave into the path field.
-    pub fn take_path(&mut self, picked: &Path) {
-        match self {
-            Self::Open(path)
-            | Self::SaveAs(path)
-            | Self::Export(ExportChoice { path, .. })
-            | Self::Import { path, .. }
-            | Self::Compare(path)
-            | Self::SaveClasses(path)
-            | Self::Moved(MovedScene { path, .. }) => {
-                *path = picked.display().to_string();
-            }
-            Self::AddClasses(dialog) => dialog.path = picked.display().to_string(),
-            Self::FirstClass { .. } | Self::FindClass(_) | Self::Help | Self::Settings(_) => {}
-        }
-    }
 }
 
 /// What is exported, and where to, as chosen so far.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExportChoice {
     /// The folder typed so far.
     pub path: String,
@@ -128,16 +116,6 @@ pub struct ExportChoice {
 }
 
 impl ExportChoice {
-    /// Everything as in the project; the path is filled in when it is shown.
-    pub const fn as_in_project() -> Self {
-        Self {
-            path: String::new(),
-            format: Format::Png,
-            ids: None,
-            least_percent: None,
-        }
-    }
-
     /// The folder.
     pub fn folder(&self) -> PathBuf {
         PathBuf::from(self.path.trim())

@@ -3,39 +3,29 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use inplace_core::project::Step;
 use inplace_core::session::{self, SessionOptions};
 
 use crate::dialogs::Purpose;
 use crate::jobs::Job;
 use crate::preferences::RecentPlace;
-use crate::project_session::{ProjectSession, Results};
+use crate::project_session::ProjectSession;
 use crate::workspace::source::FrameSource;
 
 /// Something to do outside of the model. The window carries effects out in order, right after the update that
 /// returned them.
-#[derive(Debug)]
 pub enum Effect {
     /// Starts a session for what is being opened; the answer is `Input::SessionStarted`.
     StartSession(Box<SessionOptions>),
     /// Asks the session's worker to do something.
     Session(session::Command),
-    /// Keeps a step through the history in the project file.
-    Record(Step),
-    /// Keeps these results in the project file.
-    Keep(Results),
-    /// Goes on in another project file.
-    SaveTo(PathBuf),
-    /// Keeps these results and ends the project session.
-    CloseProject(Box<ProjectSession>, Results),
+    /// Ends a project session.
+    CloseProject(Box<ProjectSession>),
     /// Runs a job on a thread.
     Start(Job),
     /// Asks for a path with the system's dialog.
     Browse(Purpose),
     /// Shows a folder in the file manager.
     ShowFolder(PathBuf),
-    /// Puts a text on the clipboard.
-    Copy(String),
     /// Takes a picture of what is open, for the list of what was opened lately.
     TakePicture(RecentPlace, FrameSource),
     /// Removes the picture of something that was opened lately.
@@ -55,6 +45,4 @@ pub enum Effect {
         /// Index of the frame.
         frame: usize,
     },
-    /// Another frame came into view.
-    LookedAway,
 }

@@ -71,13 +71,7 @@ impl Export {
                 ControlFlow::Continue(())
             }
         };
-        let labelled = LabelledScene {
-            scene: &self.scene,
-            classes: &self.labels.classes,
-            objects: &self.labels.objects,
-            parts: &self.parts,
-            maps: &maps,
-        };
+        let labelled = LabelledScene::new(&self.scene, &self.labels, &self.parts, &maps);
         let written = export(&folder, labelled, self.format, &self.options, &progress)
             .and_then(|_| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
         match written {

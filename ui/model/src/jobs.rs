@@ -1,6 +1,5 @@
 //! Work that would make the window wait: each job runs on a thread of its own, and tells what it led to.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -9,7 +8,7 @@ use inplace_core::labels::{Class, ImportError, LabelImages};
 use inplace_core::project::ProjectError;
 use inplace_core::scene::{Scene, SceneSource};
 
-use crate::comparison::{Counted, NotCompared, OtherLabels};
+use crate::comparison::{Counted, OtherLabels};
 use crate::dialogs::Purpose;
 use crate::exporting::ExportProgress;
 use crate::opening::{Attached, Prepared, Refusal};
@@ -24,11 +23,11 @@ pub type AutosavePath = Arc<dyn Fn(&SceneSource) -> PathBuf + Send + Sync>;
 pub struct Job {
     /// Name of its thread.
     pub name: &'static str,
-    work: Box<Work>,
+    pub(crate) work: Box<Work>,
 }
 
 /// Does the work; what it tells along the way, and what it led to in the end.
-type Work = dyn FnOnce(&JobTools, &(dyn Fn(Done) + Sync)) -> Done + Send;
+pub(crate) type Work = dyn FnOnce(&JobTools, &(dyn Fn(Done) + Sync)) -> Done + Send;
 
 /// What a job led to.
 #[derive(Debug)]
@@ -46,7 +45,7 @@ pub enum Done {
     /// How the reading of the project with this number goes that is to be compared with, in words.
     ComparisonGoesOn(u64, String),
     /// The project with this number was read, or could not be.
-    OtherRead(u64, Box<Result<OtherLabels, NotCompared>>),
+    OtherRead(u64, Box<Result<OtherLabels, String>>),
     /// Maps of the scene with this serial number were compared by the classes of this version.
     DifferencesCounted(u64, Version, Counted),
     /// The label images of the import with this number were read, or could not be.
@@ -90,25 +89,8 @@ impl JobTools {
 }
 
 impl Job {
-    /// Work with the name of its thread. It may tell how it goes, and returns what it led to.
-    pub(crate) fn new(
-        name: &'static str,
-        work: impl FnOnce(&JobTools, &(dyn Fn(Done) + Sync)) -> Done + Send + 'static,
-    ) -> Self {
-        Self {
-            name,
-            work: Box::new(work),
-        }
-    }
-
     /// Does the work, and tells what came of it. Touches the disk.
     pub fn run(self, tools: &JobTools, tell: &(dyn Fn(Done) + Sync)) {
         tell((self.work)(tools, tell));
-    }
-}
-
-impl fmt::Debug for Job {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Job").field(&self.name).finish()
     }
 }

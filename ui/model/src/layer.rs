@@ -107,16 +107,7 @@ impl Layer {
 
     /// Whether it is a view of the field.
     pub fn is_rendered(self) -> bool {
-        match self {
-            Self::Rendered | Self::RenderedLabels | Self::RenderedEntropy | Self::RenderedDepth => true,
-            Self::Color
-            | Self::Labels
-            | Self::Objects
-            | Self::Entropy
-            | Self::Disagreement
-            | Self::Differences
-            | Self::Depth => false,
-        }
+        self == self.of_field(true)
     }
 
     /// The layer that shows the same of the field, or of the frame.

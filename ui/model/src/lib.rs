@@ -1,8 +1,8 @@
 //! What the window of Inplace knows and does, without the window itself.
 //!
 //! [`Model`] is the whole state. Views read it and return [`Command`]s; [`Model::update`] is the one place where state
-//! changes. What has to be done outside (ask the worker, write the project file, run a job, close the window) comes back
-//! as [`Effect`]s. Nothing here waits, and nothing here draws.
+//! changes. What has to be done outside (ask the worker, run a job, close the window) comes back as [`Effect`]s; the
+//! journal of the project file alone is told from here. Nothing here waits, and nothing here draws.
 #![forbid(unsafe_code)]
 
 pub mod class_view;
@@ -26,7 +26,6 @@ pub mod palette;
 pub mod preferences;
 pub mod progress_log;
 pub mod project_session;
-pub mod session_link;
 pub mod settings;
 pub mod space;
 pub mod suggestions;

@@ -26,7 +26,8 @@ pub struct Message {
 /// The messages shown, oldest first.
 #[derive(Debug, Default)]
 pub struct Messages {
-    shown: Vec<Message>,
+    /// The messages shown, oldest first.
+    pub shown: Vec<Message>,
     last: u64,
 }
 
@@ -47,11 +48,6 @@ impl Messages {
     /// Removes a message.
     pub fn dismiss(&mut self, id: u64) {
         self.shown.retain(|message| message.id != id);
-    }
-
-    /// The messages shown, oldest first.
-    pub fn shown(&self) -> &[Message] {
-        &self.shown
     }
 
     /// Removes messages whose time is over; returns how long the next one lasts.
@@ -86,7 +82,7 @@ mod tests {
         for text in ["a", "b", "a", "c", "d", "e"] {
             messages.error(text);
         }
-        let shown = messages.shown().iter().map(|message| &message.text);
+        let shown = messages.shown.iter().map(|message| &message.text);
         assert!(shown.eq(["a", "c", "d", "e"]));
     }
 }

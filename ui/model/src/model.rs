@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use inplace_core::field::Preset;
 use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::session::Session;
 
 use crate::dialogs::{Dialog, ExportChoice};
 use crate::effect::Effect;
@@ -15,14 +16,14 @@ use crate::messages::Messages;
 use crate::opening::{Prepared, Target};
 use crate::preferences::{Preferences, RecentPlace};
 use crate::project_session::ProjectSession;
-use crate::session_link::Running;
 use crate::settings::Settings;
 use crate::workspace::Workspace;
 
 /// What the window is at.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub enum Stage {
     /// Nothing is open.
+    #[default]
     Start,
     /// Something is being opened.
     Opening(Box<Opening>),
@@ -40,7 +41,7 @@ pub struct Opening {
     /// Frames decoded so far, and in all.
     pub progress: (usize, usize),
     /// The session that reads the scene, once it runs.
-    pub session: Option<Running>,
+    pub session: Option<Session>,
     /// What is kept about the scene, until the journal takes it.
     pub prepared: Option<Prepared>,
     /// The scene, once all of it is read.
@@ -93,12 +94,10 @@ pub struct Start {
     pub features: Option<PathBuf>,
     /// Seed of everything random.
     pub seed: u64,
-    /// What the person prefers.
-    pub preferences: Preferences,
 }
 
 /// Everything that the views read.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct State {
     /// What the window is at.
     pub stage: Stage,
@@ -130,7 +129,6 @@ pub struct State {
 
 /// The whole state of the window. Views read it (it is a [`State`]); [`Model::update`] alone changes it, and returns what
 /// is to be done outside of it.
-#[derive(Debug)]
 pub struct Model {
     pub(crate) state: State,
     /// What has to be done outside, in order; handed over at the end of an update.
@@ -139,8 +137,6 @@ pub struct Model {
     pub(crate) start: Start,
     /// What is read of the open capture.
     pub(crate) read: OpenOptions,
-    /// The settings as they were when the preferences were last compared with them.
-    pub(crate) settings_seen: Settings,
     pub(crate) last_ticket: u64,
     /// Set to stop the export that is under way.
     pub(crate) export_stop: Arc<AtomicBool>,
@@ -158,28 +154,16 @@ impl Deref for Model {
 
 impl Model {
     /// A window with nothing open.
-    pub fn new(start: Start) -> Self {
-        let settings = start.preferences.settings();
+    pub fn new(start: Start, preferences: Preferences) -> Self {
         Self {
             state: State {
-                stage: Stage::Start,
-                project: None,
-                settings,
-                preferences: start.preferences.clone(),
-                export_choice: ExportChoice::as_in_project(),
-                dialog: None,
-                export: None,
-                stopping_export: false,
-                importing: None,
-                beginning_comparison: None,
-                side: Side::default(),
-                messages: Messages::default(),
-                overlay_hidden: false,
+                settings: preferences.settings(),
+                preferences,
+                ..State::default()
             },
             effects: Vec::new(),
             read: start.read,
             start,
-            settings_seen: settings,
             last_ticket: 0,
             export_stop: Arc::default(),
             closes_after_export: false,

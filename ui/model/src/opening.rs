@@ -230,10 +230,8 @@ pub struct Attached {
     pub project: ProjectSession,
     /// What the person should know, a sentence each.
     pub notes: Vec<String>,
-    /// A sentence about a damaged file and the backup that was opened instead.
-    pub damage: Option<String>,
-    /// What went wrong; the work goes on in memory.
-    pub problem: Option<String>,
+    /// What went wrong, a sentence each: a backup was opened instead of a damaged file, or the work goes on in memory.
+    pub problems: Vec<String>,
 }
 
 /// Fits what is kept to the opened scene, shows the kept maps, and starts the journal.
@@ -256,7 +254,7 @@ pub fn attach(
     } = prepared;
     let mut notes = Vec::new();
     let damage = kept.as_ref().and_then(|opened| opened.damage.as_ref());
-    let damage = damage.map(|account| format!("{account}."));
+    let mut problems: Vec<String> = damage.map(|account| format!("{account}.")).into_iter().collect();
     let matched = match kept {
         Some(Opened {
             project, contents, ..
@@ -287,13 +285,9 @@ pub fn attach(
     for map in &contents.maps {
         maps.publish(Arc::clone(map));
     }
-    let (journal, problem) = match journal {
-        Ok(journal) => (Some(journal), None),
-        Err(error) => {
-            let sentence = format!("{error}. Until then your work is in memory only.");
-            (None, Some(sentence))
-        }
-    };
+    let journal = journal
+        .map_err(|error| problems.push(format!("{error}. Until then your work is in memory only.")))
+        .ok();
     Ok(Attached {
         generation: contents.next_generation(),
         parts: contents.parts(),
@@ -301,8 +295,7 @@ pub fn attach(
         history: contents.history,
         project: ProjectSession::new(journal, file, named),
         notes,
-        damage,
-        problem,
+        problems,
     })
 }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::labels::{ClassId, ImportedLabels, StrokeId, VOID};
 use inplace_core::scene::Scene;
-use inplace_core::session::{FrameSummary, MapSlots, Status, StrokeCheck};
+use inplace_core::session::{FrameSummary, MapSlots, StrokeCheck};
 
 use crate::comparison::Comparison;
 use crate::document::Document;
@@ -97,11 +97,6 @@ impl Overview {
     /// Labels or maps are new.
     pub fn changed(&mut self) {
         self.stale = true;
-    }
-
-    /// The worker told how training goes.
-    pub fn note(&mut self, status: &Status, strokes: usize, now: Instant) {
-        self.log.note(now, strokes, self.accuracy, status);
     }
 
     /// Brings frames and evidence up to date; costs nothing where nothing has changed.

@@ -159,7 +159,7 @@ impl Preferences {
             ("keys", self.keys.to_json()),
             ("recents", json!(self.recents)),
             ("hints", json!(self.hints_seen)),
-            ("layout", self.layout.to_json()),
+            ("layout", json!(self.layout)),
             ("window", json!(self.window)),
         ];
         entries

@@ -69,19 +69,11 @@ impl ProjectSession {
         }
     }
 
-    /// Keeps a step in memory where there is no journal; gives it back where there is one.
-    pub(crate) fn remember(&mut self, step: Step) -> Option<Step> {
-        if self.journal.is_some() {
-            return Some(step);
-        }
-        self.unrecorded.push(step);
-        None
-    }
-
-    /// Keeps a step through the history.
-    pub fn record(&self, step: Step) {
-        if let Some(journal) = &self.journal {
-            journal.record(step);
+    /// Keeps a step through the history, in memory where there is no journal.
+    pub(crate) fn record(&mut self, step: Step) {
+        match &self.journal {
+            Some(journal) => drop(journal.record(step)),
+            None => self.unrecorded.push(step),
         }
     }
 

@@ -16,17 +16,16 @@ mod work;
 
 use std::time::Instant;
 
-use inplace_core::labels::History;
+use inplace_core::labels::{History, Stroke, VOID};
 use inplace_core::project::{JournalEvent, Step};
-use inplace_core::session::Event;
+use inplace_core::session::{Event, Session};
 
 use crate::class_view::Hidden;
 use crate::command::Command;
 use crate::dialogs::Dialog;
 use crate::effect::Effect;
 use crate::jobs::{Done, Job, JobTools};
-use crate::model::Model;
-use crate::session_link::Running;
+use crate::model::{Model, Stage};
 use crate::tool::{LARGEST_BRUSH, Tool, stepped_brush};
 use crate::workspace::Workspace;
 
@@ -38,7 +37,7 @@ pub enum Input {
     /// A job has come further, or has ended.
     Done(Done),
     /// A session for what is being opened has started.
-    SessionStarted(Running),
+    SessionStarted(Session),
     /// The worker told something.
     Session(Event),
     /// The project file's journal told something.
@@ -64,12 +63,15 @@ impl Model {
         match input.into() {
             Input::Command(command) => self.command(command),
             Input::Done(done) => self.job_done(done),
-            Input::SessionStarted(session) => self.session_started(session),
+            Input::SessionStarted(session) => {
+                if let Stage::Opening(opening) = &mut self.state.stage {
+                    opening.session = Some(session);
+                }
+            }
             Input::Session(event) => self.session_event(event),
             Input::Journal(event) => self.journal_event(event),
             Input::FrameBegins { now, window } => self.frame_begins(now, window),
         }
-        self.note_settings();
         let settings = self.state.settings;
         self.with_workspace(|workspace| workspace.follow_hover(&settings));
         let asked = self.with_workspace(Workspace::take_outbox);
@@ -78,6 +80,7 @@ impl Model {
     }
 
     fn command(&mut self, command: Command) {
+        let before = self.state.settings;
         if !matches!(
             command,
             Command::Render(_) | Command::Hover(_) | Command::SeeObjects(..)
@@ -97,7 +100,6 @@ impl Model {
             Command::ImportFrom(folder, trust) => self.import_from(folder, trust),
             Command::RemoveImported => self.edit(History::remove_imported),
             Command::ShowFolder(folder) => self.effects.push(Effect::ShowFolder(folder)),
-            Command::Copy(text) => self.effects.push(Effect::Copy(text)),
             Command::Browse(purpose) => self.effects.push(Effect::Browse(purpose)),
             Command::Show(dialog) => self.show(dialog),
             Command::Edit(dialog) => self.edit_dialog(dialog),
@@ -116,12 +118,12 @@ impl Model {
                 self.draw_object(line);
             }
             Command::SelectStroke(stroke) => self.with_workspace(|workspace| workspace.select(stroke)),
-            Command::GoToStroke(stroke) => self.go_to_stroke(stroke),
+            Command::GoToStroke(stroke) => self.with_workspace(|workspace| workspace.go_to_stroke(stroke)),
             Command::DeleteStroke(stroke) => self.delete_stroke(stroke),
             Command::DeleteSelected => self.delete_selected(),
             Command::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
             Command::LabelOutlined => self.label_outlined(),
-            Command::LabelSeen(frame, pixel) => self.label_seen(frame, pixel),
+            Command::LabelSeen(frame, pixel) => drop(self.label(Stroke::click(frame, VOID, pixel))),
             Command::ToggleChecked => {
                 let frame = self.state.workspace().map(|workspace| workspace.frame_index);
                 self.edit(|history| frame.map(|frame| history.toggle_checked(frame)));
@@ -129,7 +131,7 @@ impl Model {
             Command::Undo => self.step(History::undo, Step::Undo),
             Command::Redo => self.step(History::redo, Step::Redo),
 
-            Command::AddClass(name) => self.add_class(&name),
+            Command::AddClass(purpose, name) => self.add_class(purpose, &name),
             Command::Choose(named) => self.choose(named),
             Command::ChooseSlot(slot) => self.choose_slot(slot),
             Command::Rename(named, name) => self.rename(named, name),
@@ -144,11 +146,6 @@ impl Model {
             Command::MergeClass(from, into) => self.merge_class(from, into),
             Command::AddClasses(classes) => self.add_classes(&classes),
             Command::MoveClass(id, place) => self.edit(|history| history.move_class(id, place)),
-            Command::MoveClassBeside {
-                class,
-                neighbour,
-                below,
-            } => self.move_class_beside(class, neighbour, below),
             Command::SetLocked(named, locked) => {
                 self.change_class_view(|view| view.set_locked(named, locked));
             }
@@ -163,7 +160,6 @@ impl Model {
             Command::ShowAll => self.change_class_view(|view| view.hidden = Hidden::default()),
             Command::FindClass(purpose) => self.find_class(purpose),
             Command::UseClass(purpose, class) => self.use_class(purpose, class),
-            Command::UseNewClass(purpose, name) => self.use_new_class(purpose, &name),
             Command::ReadClasses(path) => self.read_classes(path),
             Command::SaveClassesTo(path) => self.save_classes_to(path),
 
@@ -186,7 +182,6 @@ impl Model {
             Command::AnswerSuggestion(index, label) => self.answer_suggestion(index, label),
             Command::AnswerNew => self.answer_new(),
             Command::AnswerLikely(rank) => self.answer_likely(rank),
-            Command::AnswerSlot(slot) => self.answer_slot(slot),
             Command::SkipSuggestion => self.skip_suggestion(),
             Command::ListSkipped => self.with_workspace(|workspace| {
                 workspace.suggestions.list_skipped();
@@ -232,6 +227,10 @@ impl Model {
             Command::Hover(pixel) => self.with_workspace(|workspace| workspace.hover.pixel = pixel),
             Command::HideOverlay(hidden) => self.state.overlay_hidden = hidden,
         }
+        let now = self.state.settings;
+        if now != before {
+            self.state.preferences.note_settings(before, now);
+        }
     }
 
     /// Has work done on another thread.
@@ -240,7 +239,8 @@ impl Model {
         name: &'static str,
         work: impl FnOnce(&JobTools, &(dyn Fn(Done) + Sync)) -> Done + Send + 'static,
     ) {
-        self.effects.push(Effect::Start(Job::new(name, work)));
+        let work = Box::new(work);
+        self.effects.push(Effect::Start(Job { name, work }));
     }
 
     /// Does something with the open scene; nothing where there is none.
@@ -252,18 +252,11 @@ impl Model {
     }
 
     pub(crate) fn show(&mut self, dialog: Option<Dialog>) {
-        let needs_scene = matches!(
+        let opens_anywhere = matches!(
             dialog,
-            Some(
-                Dialog::SaveAs(_)
-                    | Dialog::Export(_)
-                    | Dialog::Import { .. }
-                    | Dialog::Compare(_)
-                    | Dialog::AddClasses(_)
-                    | Dialog::SaveClasses(_)
-            )
+            None | Some(Dialog::Open(_) | Dialog::Help | Dialog::Settings(_))
         );
-        if needs_scene && self.state.workspace().is_none() {
+        if !opens_anywhere && self.state.workspace().is_none() {
             return;
         }
         self.give_up_focus();
@@ -280,10 +273,6 @@ impl Model {
             }
             Some(Dialog::SaveClasses(path)) if path.is_empty() => {
                 Some(Dialog::SaveClasses(self.state.suggested_path("-classes.json")))
-            }
-            Some(Dialog::AddClasses(mut dialog)) => {
-                dialog.begin(self.present_classes());
-                Some(Dialog::AddClasses(dialog))
             }
             dialog => dialog,
         };

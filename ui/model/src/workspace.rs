@@ -15,7 +15,7 @@ use std::time::Instant;
 use inplace_core::labels::{ClassId, FoundObject, Pixel, StrokeId};
 use inplace_core::scene::{Frame, Scene, Viewpoint};
 use inplace_core::semantics::{KnownPart, Posterior, Surface};
-use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, Status};
+use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, Session, Status};
 use serde_json::json;
 
 use self::audit::Auditing;
@@ -25,7 +25,6 @@ use crate::document::Document;
 use crate::frames;
 use crate::hover::Hover;
 use crate::overview::Overview;
-use crate::session_link::Running;
 use crate::settings::Settings;
 use crate::space::Space;
 use crate::suggestions::Suggestions;
@@ -68,7 +67,8 @@ pub struct Workspace {
     pub reading: Option<Reading>,
     /// A number that no other open scene of this window had.
     pub serial: u64,
-    session: Running,
+    /// The running session.
+    pub session: Session,
     /// What the worker has yet to be asked; while the scene is being read it waits.
     outbox: Vec<Command>,
     /// The labels.
@@ -94,14 +94,18 @@ pub struct Workspace {
     /// Whether the person paused training.
     pub paused: bool,
     pub(crate) suggestions: Suggestions,
-    pub(crate) auditing: Auditing,
-    pub(crate) hover: Hover,
+    /// The audit, and where the person is in it.
+    pub auditing: Auditing,
+    /// What a click at the pointer would win.
+    pub hover: Hover,
     /// The comparison with another project, while there is one.
     pub comparison: Option<Comparison>,
     /// Generation of the newest labels that the maps of all frames follow; `None` before there are any.
     pub followed: Option<u64>,
-    state: Option<Arc<ModelState>>,
-    ended: bool,
+    /// The newest model state that the worker handed over.
+    pub state: Option<Arc<ModelState>>,
+    /// Whether the worker has ended.
+    pub ended: bool,
     /// The state of the scene as a whole.
     pub overview: Overview,
     /// The surface that the labels spread over, and what is known of each of its nodes, since there is one.
@@ -118,7 +122,7 @@ pub struct Workspace {
 
 impl Workspace {
     /// A scene that a session has listed and is reading; `serial` tells scenes apart.
-    pub fn new(scene: Arc<Scene>, serial: u64, session: Running, document: Document) -> Self {
+    pub fn new(scene: Arc<Scene>, serial: u64, session: Session, document: Document) -> Self {
         let has_map = |frame| session.maps().get(frame).is_some();
         let mut workspace = Self {
             overview: Overview::new(scene.frames.len(), Instant::now()),
@@ -180,11 +184,6 @@ impl Workspace {
         self.scene.frames.get(self.frame_index)
     }
 
-    /// Whether the worker has ended.
-    pub fn has_ended(&self) -> bool {
-        self.ended
-    }
-
     /// The newest map of a frame.
     pub fn newest_map(&self, frame: usize) -> Option<Arc<FrameMap>> {
         self.session.maps().get(frame)
@@ -198,16 +197,6 @@ impl Workspace {
     /// Has the worker hand over its model state.
     pub(crate) fn save(&mut self) {
         self.outbox.push(Command::Save);
-    }
-
-    /// The newest model state that the worker handed over.
-    pub fn state(&self) -> Option<&Arc<ModelState>> {
-        self.state.as_ref()
-    }
-
-    /// The running session.
-    pub fn session(&self) -> &Running {
-        &self.session
     }
 
     /// Brings the overview up to date; returns the frames whose maps are to be summed up now, if any.

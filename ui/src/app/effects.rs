@@ -4,12 +4,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::{ThemePreference, ViewportCommand};
-use inplace_core::session;
+use inplace_core::session::{self, Session};
 use inplace_model::jobs::{Done, JobTools};
 use inplace_model::model::Stage;
 use inplace_model::preferences::Theme;
 use inplace_model::project_session::ProjectSession;
-use inplace_model::session_link::Running;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Effect, Input};
 
@@ -42,12 +41,11 @@ impl App {
     }
 
     fn carry_out(&mut self, effect: Effect) {
-        let project = self.model.project.as_ref();
         match effect {
             Effect::StartSession(options) => {
                 let ctx = self.ctx.clone();
                 let session = (self.sessions)(*options, Box::new(move || ctx.request_repaint()));
-                self.update(Input::SessionStarted(Running::new(session)));
+                self.update(Input::SessionStarted(session));
             }
             Effect::Session(command) => {
                 if let (Some(stats), session::Command::Preview(stroke)) = (&mut self.stats, &command) {
@@ -57,18 +55,13 @@ impl App {
                     session.send(command);
                 }
             }
-            Effect::Record(step) => with(project, |project| project.record(step)),
-            Effect::Keep(results) => with(project, |project| project.keep(results)),
-            Effect::SaveTo(path) => with(project, |project| project.save_to(path)),
-            Effect::CloseProject(project, results) => {
-                project.keep(results);
+            Effect::CloseProject(project) => {
                 self.endings.retain(|ending| !ending.is_done());
                 self.endings.extend(project.end());
             }
             Effect::Start(job) => self.jobs.start(job, self.job_tools()),
             Effect::Browse(purpose) => self.jobs.browse(purpose),
             Effect::ShowFolder(folder) => self.jobs.show_folder(folder),
-            Effect::Copy(text) => self.ctx.copy_text(text),
             Effect::TakePicture(place, source) => self.jobs.take_picture(place, source),
             Effect::ForgetPicture(place) => {
                 self.panels.pictures.forget(&place);
@@ -84,11 +77,6 @@ impl App {
                     stats.clicked(generation, frame);
                 }
             }
-            Effect::LookedAway => {
-                if let Some(stats) = &mut self.stats {
-                    stats.looked_away();
-                }
-            }
         }
     }
 
@@ -101,11 +89,11 @@ impl App {
         }
     }
 
-    fn session(&self) -> Option<&Running> {
+    fn session(&self) -> Option<&Session> {
         match &self.model.stage {
             Stage::Start => None,
             Stage::Opening(opening) => opening.session.as_ref(),
-            Stage::Open(workspace) => Some(workspace.session()),
+            Stage::Open(workspace) => Some(&workspace.session),
         }
     }
 
@@ -118,7 +106,7 @@ impl App {
             }
         }
         for drained in 0.. {
-            let Some(event) = self.session().and_then(Running::next_event) else {
+            let Some(event) = self.session().and_then(next_event) else {
                 break;
             };
             self.update(Input::Session(event));
@@ -154,10 +142,13 @@ impl App {
 
     /// Waits for the model state and for the disk: the window is gone.
     pub(super) fn end(&mut self) {
-        let before = self.model.workspace().and_then(Workspace::state).cloned();
-        let can_save = |workspace: &Workspace| !workspace.has_ended() && workspace.reading.is_none();
+        let before = self
+            .model
+            .workspace()
+            .and_then(|workspace| workspace.state.clone());
+        let can_save = |workspace: &Workspace| !workspace.ended && workspace.reading.is_none();
         let waits = |workspace: &Workspace| {
-            let is_new = match (workspace.state(), &before) {
+            let is_new = match (&workspace.state, &before) {
                 (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
                 (now, _) => now.is_some(),
             };
@@ -168,17 +159,14 @@ impl App {
         }
         let until = Instant::now() + LAST_STATE;
         while Instant::now() < until && self.model.workspace().is_some_and(waits) {
-            match self.session().and_then(Running::next_event) {
+            match self.session().and_then(next_event) {
                 Some(event) => self.update(Input::Session(event)),
                 None => std::thread::sleep(Duration::from_millis(5)),
             }
         }
         for effect in self.model.update(Command::CloseScene) {
             match effect {
-                Effect::CloseProject(project, results) => {
-                    project.keep(results);
-                    project.close();
-                }
+                Effect::CloseProject(project) => project.close(),
                 Effect::TakePicture(place, source) => self.jobs.take_last_picture(&place, &source),
                 effect => self.carry_out(effect),
             }
@@ -188,8 +176,7 @@ impl App {
     }
 }
 
-fn with(project: Option<&ProjectSession>, change: impl FnOnce(&ProjectSession)) {
-    if let Some(project) = project {
-        change(project);
-    }
+/// The next thing that the worker told, if any.
+fn next_event(session: &Session) -> Option<session::Event> {
+    session.events().try_recv().ok()
 }

@@ -71,13 +71,11 @@ impl eframe::App for App {
         if let Some(trace) = &mut self.trace {
             trace.observe(&self.model, ctx.text_edit_focused());
         }
-        if let Some(stats) = &mut self.stats
-            && let Some(preview) = self
-                .model
-                .workspace()
-                .and_then(|workspace| workspace.hover().shown())
-        {
-            stats.outlined(&preview.stroke);
+        if let (Some(stats), Some(workspace)) = (&mut self.stats, self.model.workspace()) {
+            stats.in_view(workspace.frame_index);
+            if let Some(preview) = workspace.hover.shown() {
+                stats.outlined(&preview.stroke);
+            }
         }
         if self.stats.as_mut().is_some_and(Stats::frame_made) {
             ctx.request_repaint();

@@ -100,7 +100,7 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
         Layer::Depth => depth_rows(shown).unwrap_or_else(|| {
             note(if workspace.frame().is_some_and(|frame| frame.has_depth()) {
                 "One moment"
-            } else if workspace.has_ended() {
+            } else if workspace.ended {
                 no_view(workspace)
             } else {
                 "No measured depth: it is being rendered"
@@ -125,7 +125,7 @@ fn rows((workspace, shown): (&Workspace, &FrameView), layer: Layer, most: usize)
 
 /// Why there is no view of the field.
 fn no_view(workspace: &Workspace) -> &str {
-    if workspace.has_ended() {
+    if workspace.ended {
         workspace.phase_in_words()
     } else {
         "The view is being rendered"

@@ -192,7 +192,7 @@ fn ring(painter: &Painter, center: Pos2) {
 
 /// The place of the audit that keys judge, on the frame in view.
 pub fn audited(painter: &Painter, workspace: &Workspace, placement: Placement) {
-    let place = workspace.auditing().at.and_then(|at| workspace.audited_place(at));
+    let place = workspace.auditing.at.and_then(|at| workspace.audited_place(at));
     if let Some((_, pixel)) = place {
         ring(painter, placement.pixel_center(pixel));
     }

@@ -63,7 +63,7 @@ fn contents(ui: &mut Ui, finder: &mut ClassFinder, commands: &mut Commands) {
     if let Some(found) = chosen.and_then(|line| found.get(line)) {
         commands.push(match found {
             FoundClass::Class(index) => Command::UseClass(finder.purpose, finder.classes[*index].id),
-            FoundClass::New => Command::UseNewClass(finder.purpose, finder.text.trim().to_owned()),
+            FoundClass::New => Command::AddClass(finder.purpose, finder.text.trim().to_owned()),
         });
     }
 }

@@ -27,7 +27,7 @@ impl AuditPart {
     /// Draws it.
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         heading(ui, "Audit", |_| {});
-        let auditing = workspace.auditing();
+        let auditing = &workspace.auditing;
         match &auditing.audit {
             None => {
                 let about = "Judge random places, and the program tells how right all labels are.";
@@ -65,7 +65,7 @@ fn result(ui: &mut Ui, workspace: &Workspace, audit: &Audit, commands: &mut Comm
     ui.horizontal(|ui| {
         ui.label(format!("{judged} of {} places judged", audit.places.len()));
         if let Some(next) = audit.next()
-            && workspace.auditing().at.is_none()
+            && workspace.auditing.at.is_none()
             && ui.button("Go on").clicked()
         {
             commands.push(Command::GoToAudited(next));

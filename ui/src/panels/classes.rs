@@ -8,7 +8,7 @@ mod row;
 use egui::{Key, Rect, ScrollArea, Ui, vec2};
 use inplace_core::labels::{Class, ClassId, ObjectId, PALETTES, VOID};
 use inplace_model::class_view::Named;
-use inplace_model::dialogs::{AddClasses, Dialog};
+use inplace_model::dialogs::{AddClasses, ClassUse, Dialog};
 use inplace_model::palette::VOID_COLOR;
 use inplace_model::text::counted;
 use inplace_model::workspace::Workspace;
@@ -119,7 +119,7 @@ impl ClassPanel {
                 .add_enabled_ui(possible, |ui| icon_button(ui, Icon::Add, "Add class").clicked())
                 .inner;
             if possible && (entered || clicked) {
-                commands.push(Command::AddClass(name.to_owned()));
+                commands.push(Command::AddClass(ClassUse::Choose, name.to_owned()));
                 self.new_name.clear();
                 // Ready for the next name.
                 response.request_focus();
@@ -266,7 +266,7 @@ fn palettes(ui: &mut Ui, commands: &mut Commands) {
         for (index, palette) in PALETTES.iter().enumerate() {
             let button = ui.button(palette.name).on_hover_text(palette.scenes);
             if button.clicked() {
-                let add = Dialog::AddClasses(Box::new(AddClasses::new(index)));
+                let add = Dialog::AddClasses(Box::new(AddClasses::new(index, Vec::new())));
                 commands.push(Command::Show(Some(add)));
             }
         }

@@ -16,7 +16,7 @@ pub fn show(
     escape: bool,
     commands: &mut Commands,
 ) {
-    let Some(newest) = messages.shown().last() else {
+    let Some(newest) = messages.shown.last() else {
         return;
     };
     if escape && ctx.input(|input| input.key_pressed(egui::Key::Escape)) {
@@ -36,7 +36,7 @@ pub fn show(
                 .stick_to_bottom(true)
                 .auto_shrink(true)
                 .show(ui, |ui| {
-                    for message in messages.shown() {
+                    for message in &messages.shown {
                         show_one(ui, message, width, commands);
                     }
                 });

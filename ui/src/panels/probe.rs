@@ -168,7 +168,7 @@ impl Reading {
                 .map(|answer| answer.entropy / most),
             depth: frame.depth_at(pixel),
             wins: workspace
-                .hover()
+                .hover
                 .shown()
                 .zip(workspace.frame())
                 .map(|(preview, frame)| preview.pixels() as f32 / frame.camera.pixels() as f32),

@@ -14,7 +14,7 @@ use crate::widgets::{Icon, heading, icon_button};
 
 /// Draws the status: in full, or in one line.
 pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Commands) {
-    let running = !workspace.paused && !workspace.has_ended();
+    let running = !workspace.paused && !workspace.ended;
     let accent = theme::of(ui.visuals()).accent;
     let phase = egui::RichText::new(match workspace.reading {
         Some(Reading::Depth(share)) => format!("Estimating depth: {:.0}%", 100.0 * share),
@@ -63,7 +63,7 @@ fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
     } else {
         (Icon::Pause, "Pause training")
     };
-    ui.add_enabled_ui(!workspace.has_ended(), |ui| {
+    ui.add_enabled_ui(!workspace.ended, |ui| {
         if icon_button(ui, icon, &PAUSE.named_as(ui.ctx(), name)).clicked() {
             commands.push(Command::TogglePause);
         }

@@ -45,7 +45,7 @@ impl Item {
 pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
     let next = NEXT_SUGGESTION.key(ui.ctx());
     let (first, items) = match workspace.suggestions().mode {
-        Mode::Away => match workspace.auditing().at.and_then(|at| place(workspace, at)) {
+        Mode::Away => match workspace.auditing.at.and_then(|at| place(workspace, at)) {
             Some(said) => said,
             None => return,
         },
@@ -91,7 +91,7 @@ pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
 
 /// A place of an audit: what the map said there, and the keys that judge it.
 fn place(workspace: &Workspace, index: usize) -> Option<(String, Vec<Item>)> {
-    let places = &workspace.auditing().audit.as_ref()?.places;
+    let places = &workspace.auditing.audit.as_ref()?.places;
     let (name, _) = workspace.document.name_and_color(places.get(index)?.class);
     let first = format!("Place {} of {}: is this {name}?", index + 1, places.len());
     let keys = [

@@ -78,7 +78,7 @@ fn export(ui: &mut Ui, model: &Model, progress: &ExportProgress, commands: &mut 
                     commands.push(Command::ShowFolder(folder.clone()));
                 }
                 if ui.button("Copy path").clicked() {
-                    commands.push(Command::Copy(path));
+                    ui.ctx().copy_text(path);
                 }
                 if ui.button("Close").clicked() {
                     commands.push(Command::DismissExport);

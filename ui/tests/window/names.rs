@@ -86,7 +86,7 @@ fn every_control_of_the_start_page_of_an_open_scene_and_of_its_dialogs_has_a_nam
         Dialog::import(),
         Dialog::Compare(String::new()),
         Dialog::SaveClasses(String::new()),
-        Dialog::AddClasses(Box::new(AddClasses::new(0))),
+        Dialog::AddClasses(Box::new(AddClasses::new(0, Vec::new()))),
         Dialog::Settings(None),
         Dialog::Help,
     ] {

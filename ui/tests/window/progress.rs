@@ -191,7 +191,7 @@ fn frames_are_marked_as_checked_and_an_audit_is_judged_by_keys_and_both_are_kept
         window.act(Command::DrawAudit(5));
         window.until("places are drawn", |app| {
             let workspace = app.model().workspace();
-            workspace.is_some_and(|workspace| workspace.auditing().at == Some(0))
+            workspace.is_some_and(|workspace| workspace.auditing.at == Some(0))
         });
         window.sees_part("Place 1 of 300: is this wall?");
         for key in [Key::Y, Key::N, Key::X] {
@@ -200,18 +200,18 @@ fn frames_are_marked_as_checked_and_an_audit_is_judged_by_keys_and_both_are_kept
         window.sees_part("Place 4 of 300");
         window.sees("3 of 300 places judged");
         window.key(Key::Escape);
-        assert_eq!(window.workspace().auditing().at, None);
+        assert_eq!(window.workspace().auditing.at, None);
         let wrong = window.workspace().audited_place(1).unwrap();
         window.act(Command::GoToFrame((wrong.0 + 1) % FRAMES));
         window.click(&format!("not wall at rgb_{}", wrong.0));
         assert_eq!(
-            (window.frame_index(), window.workspace().auditing().at),
+            (window.frame_index(), window.workspace().auditing.at),
             (wrong.0, Some(1))
         );
         window.close();
     }
     let window = Window::with_demo(folder.path());
-    let audit = window.workspace().auditing().audit.as_ref().unwrap();
+    let audit = window.workspace().auditing.audit.as_ref().unwrap();
     let verdicts = audit.places.iter().filter_map(|place| place.verdict);
     let said = [Verdict::Right, Verdict::Wrong, Verdict::Skipped];
     assert_eq!(verdicts.collect::<Vec<_>>(), said);

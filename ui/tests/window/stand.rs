@@ -271,9 +271,7 @@ impl Window {
     }
 
     pub fn until_told(&mut self) {
-        self.until("a message is shown", |app| {
-            !app.model().messages.shown().is_empty()
-        });
+        self.until("a message is shown", |app| !app.model().messages.shown.is_empty());
     }
 
     pub fn until_saved(&mut self) {
@@ -362,7 +360,7 @@ impl Window {
     }
 
     pub fn messages(&self) -> String {
-        let shown = self.model().messages.shown().iter();
+        let shown = self.model().messages.shown.iter();
         shown.map(|message| format!("{}\n", message.text)).collect()
     }
 

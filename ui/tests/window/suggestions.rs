@@ -6,6 +6,7 @@ use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::SceneSource;
 use inplace_model::Command;
 use inplace_model::class_view::Named;
+use inplace_model::dialogs::ClassUse;
 use inplace_model::suggestions::Mode;
 use inplace_model::tool::Tool;
 use inplace_model::view::View;
@@ -220,7 +221,7 @@ fn cards_do_not_move_under_the_pointer_and_are_answered_by_their_buttons() {
     window.suggest(generation, vec![place(2, [8, 8], &[WALL])]);
     assert_eq!(listed(&window), [3]);
     // Other labels have other places.
-    window.act(Command::AddClass("lamp".to_owned()));
+    window.act(Command::AddClass(ClassUse::Choose, "lamp".to_owned()));
     suggest_now(&mut window, vec![place(4, [9, 9], &[WALL])]);
     assert_eq!(listed(&window), [4]);
     let generation = window.generation();

@@ -43,22 +43,18 @@ pub enum ClassSource {
 }
 
 impl AddClasses {
-    /// Begins with one of [`PALETTES`]; the project's classes come by [`AddClasses::begin`].
-    pub fn new(palette: usize) -> Self {
-        Self {
-            source: ClassSource::Palette(palette.min(PALETTES.len() - 1)),
+    /// Begins with one of [`PALETTES`]; `present` are the classes that the project has.
+    pub fn new(palette: usize, present: Vec<Class>) -> Self {
+        let mut dialog = Self {
+            source: ClassSource::File,
             path: String::new(),
             choices: Vec::new(),
             search: String::new(),
-            present: Vec::new(),
+            present,
             problem: None,
-        }
-    }
-
-    /// Takes over which classes the project has.
-    pub fn begin(&mut self, present: Vec<Class>) {
-        self.present = present;
-        self.choose(self.source);
+        };
+        dialog.choose(ClassSource::Palette(palette.min(PALETTES.len() - 1)));
+        dialog
     }
 
     /// Takes over what a file holds, or why it cannot be used.

@@ -1,13 +1,18 @@
 //! Which panels are shown around the canvas.
 
-use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 /// A panel that can be hidden.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Pane {
     /// The classes, at the left.
     Classes,
     /// What to label next and the training, at the right.
+    #[serde(rename = "guidance")]
     Suggestions,
     /// All frames, at the bottom.
     Frames,
@@ -49,45 +54,31 @@ impl Pane {
             Self::Strokes => "List of strokes",
         }
     }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Classes => "classes",
-            Self::Suggestions => "guidance",
-            Self::Frames => "frames",
-            Self::Training => "training",
-            Self::Strokes => "strokes",
-        }
-    }
 }
 
-/// Which panels the person shows or hides; the others are shown where they fit.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Layout {
-    chosen: [Option<bool>; Pane::ALL.len()],
-}
+/// Which panels the person shows or hides; the others are shown where they fit. Kept so: `{"frames": false}`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Layout(BTreeMap<Pane, bool>);
 
 impl Layout {
     /// Whether a panel is shown in a window of this size, in points.
     pub fn shows(&self, pane: Pane, window: impl Into<[f32; 2]>) -> bool {
-        self.chosen[pane as usize].unwrap_or_else(|| pane.fits(window))
+        let chosen = self.0.get(&pane).copied();
+        chosen.unwrap_or_else(|| pane.fits(window))
     }
 
     /// Shows or hides a panel, or leaves that to its size.
     pub fn set(&mut self, pane: Pane, shown: Option<bool>) {
-        self.chosen[pane as usize] = shown;
+        self.0.remove(&pane);
+        self.0.extend(shown.map(|shown| (pane, shown)));
     }
 
-    /// As kept in the preferences: `{"frames": false}`.
-    pub(super) fn to_json(&self) -> Value {
-        let chosen = |pane: Pane| Some((pane.name().to_owned(), self.chosen[pane as usize]?.into()));
-        Value::Object(Pane::ALL.into_iter().filter_map(chosen).collect::<Map<_, _>>())
-    }
-
-    /// Reads what [`Layout::to_json`] wrote.
+    /// Reads what was kept; entries that make no sense are left out.
     pub(super) fn from_json(json: &Value) -> Self {
-        let chosen = Pane::ALL.map(|pane| json.get(pane.name()).and_then(Value::as_bool));
-        Self { chosen }
+        let entries = json.as_object().into_iter().flatten();
+        let chosen = entries
+            .filter_map(|(name, shown)| Some((Pane::deserialize(json!(name)).ok()?, shown.as_bool()?)));
+        Self(chosen.collect())
     }
 }
 
@@ -105,7 +96,7 @@ mod tests {
         assert_eq!(shown(&layout, small), [true, false, false, false, false]);
         layout.set(Pane::Suggestions, Some(true));
         layout.set(Pane::Classes, Some(false));
-        assert_eq!(Layout::from_json(&layout.to_json()), layout);
+        assert_eq!(Layout::from_json(&json!(layout)), layout);
         assert_eq!(shown(&layout, small), [false, true, false, false, false]);
     }
 }

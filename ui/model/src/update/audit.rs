@@ -19,10 +19,7 @@ impl Model {
             return;
         };
         workspace.auditing.is_drawing = true;
-        let (scene, maps) = (
-            Arc::clone(&workspace.scene),
-            Arc::clone(workspace.session().maps()),
-        );
+        let (scene, maps) = (Arc::clone(&workspace.scene), Arc::clone(workspace.session.maps()));
         let (serial, edits) = (workspace.serial, workspace.document.history().map_edits());
         let before = workspace.auditing.audit.as_ref();
         let seed = before.map_or(first, |audit| audit.seed.wrapping_add(1));
@@ -55,7 +52,6 @@ impl Model {
     pub(crate) fn go_to_audited(&mut self, index: usize) {
         if self.with_workspace(|workspace| workspace.show_audited(index)) {
             self.give_up_focus();
-            self.looked_away();
         } else {
             let sentence = "The frame of this place is not in the scene any more.";
             self.state.messages.info(sentence);
@@ -69,9 +65,7 @@ impl Model {
         };
         let goes_on = workspace.judge(verdict);
         self.keep_view();
-        if goes_on {
-            self.looked_away();
-        } else {
+        if !goes_on {
             self.state.side = Side::Progress;
             self.state.messages.info("All places of the audit are judged.");
         }

@@ -7,7 +7,6 @@ use inplace_core::labels::{AddedClasses, Class, ClassId, ImportError, Object, St
 
 use crate::class_view::{ClassView, Named};
 use crate::dialogs::{ClassFinder, ClassUse, Dialog};
-use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::Model;
 use crate::project_session::Results;
@@ -29,14 +28,6 @@ impl Model {
             edit
         });
         self.state.messages.info(added(&outcome));
-    }
-
-    pub(crate) fn move_class_beside(&mut self, class: ClassId, neighbour: ClassId, below: bool) {
-        self.edit(|history| {
-            let mut others = history.labels().classes.iter().filter(|other| other.id != class);
-            let place = others.position(|other| other.id == neighbour)?;
-            history.move_class(class, place + usize::from(below))
-        });
     }
 
     pub(crate) fn rename(&mut self, named: Named, name: String) {
@@ -124,19 +115,16 @@ impl Model {
 
     /// Keeps how the scene is looked at, and its audit, in the project.
     pub(crate) fn keep_view(&mut self) {
-        if let Some(workspace) = self.state.workspace() {
-            self.effects.push(Effect::Keep(Results {
+        if let (Some(workspace), Some(project)) = (self.state.workspace(), &self.state.project) {
+            project.keep(Results {
                 view: Some(workspace.kept_view(&self.state.settings)),
                 ..Results::default()
-            }));
+            });
         }
     }
 
     /// Opens the finder.
     pub(crate) fn find_class(&mut self, purpose: ClassUse) {
-        if self.state.workspace().is_none() {
-            return;
-        }
         let finder = ClassFinder::new(purpose, self.present_classes());
         self.show(Some(Dialog::FindClass(Box::new(finder))));
     }
@@ -148,12 +136,6 @@ impl Model {
             ClassUse::Choose => self.choose(Named::Class(class)),
             ClassUse::Answer => self.answer_with(class),
         }
-    }
-
-    /// Makes a class of this name and does something with it.
-    pub(crate) fn use_new_class(&mut self, purpose: ClassUse, name: &str) {
-        let class = self.new_class(name);
-        self.use_class(purpose, class);
     }
 
     pub(crate) fn read_classes(&mut self, path: PathBuf) {

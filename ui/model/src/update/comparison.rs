@@ -4,9 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use inplace_core::session::SessionOptions;
-
-use crate::comparison::{Comparison, Counted, NotCompared, OtherLabels, Reader, name_of};
+use crate::comparison::{Comparison, Counted, OtherLabels, Reader, name_of};
 use crate::frames::FrameOrder;
 use crate::jobs::Done;
 use crate::layer::Layer;
@@ -38,16 +36,7 @@ impl Model {
         let reader = Reader {
             project,
             own: self.state.project.as_ref().map(|project| project.path.clone()),
-            session: SessionOptions {
-                source: scene.source.clone(),
-                open: self.read,
-                preset: self.start.preset,
-                threads: self.threads(),
-                seed: self.start.seed,
-                views: false,
-                features: self.features(),
-                state: None,
-            },
+            session: self.session_options(scene.source.clone(), self.read, None),
             scene,
             stop,
         };
@@ -73,7 +62,7 @@ impl Model {
     }
 
     /// The other project was read, or could not be; one that is waited for no more is dropped.
-    pub(crate) fn other_read(&mut self, ticket: u64, read: Result<OtherLabels, NotCompared>) {
+    pub(crate) fn other_read(&mut self, ticket: u64, read: Result<OtherLabels, String>) {
         let beginning = &mut self.state.beginning_comparison;
         if beginning
             .take_if(|beginning| beginning.ticket == ticket)
@@ -83,8 +72,7 @@ impl Model {
         }
         let other = match read {
             Ok(other) => other,
-            Err(NotCompared::Sentence(sentence)) => return self.state.messages.error(sentence),
-            Err(NotCompared::Stopped) => return,
+            Err(sentence) => return self.state.messages.error(sentence),
         };
         for warning in &other.warnings {
             self.state.messages.info(warning);
@@ -109,9 +97,13 @@ impl Model {
             }
         });
         let settings = &mut self.state.settings;
-        for layer in [&mut settings.layer, &mut settings.other_layer] {
+        let preferred = self.state.preferences.settings();
+        for (layer, preferred) in [
+            (&mut settings.layer, preferred.layer),
+            (&mut settings.other_layer, preferred.other_layer),
+        ] {
             if *layer == Layer::Differences {
-                *layer = Layer::Labels;
+                *layer = preferred;
             }
         }
     }
@@ -125,7 +117,7 @@ impl Model {
             return;
         };
         let (other, matching) = (Arc::clone(&comparison.other), comparison.matching.clone());
-        let (serial, maps) = (workspace.serial, Arc::clone(workspace.session().maps()));
+        let (serial, maps) = (workspace.serial, Arc::clone(workspace.session.maps()));
         self.start("differences", move |_, _| {
             let counted = Comparison::count(&other, &matching, &maps, due);
             Done::DifferencesCounted(serial, matching.version(), counted)
@@ -141,5 +133,25 @@ impl Model {
             comparison.take(matching, counted);
             workspace.overview.changed();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Command;
+    use crate::model::Start;
+    use crate::preferences::Preferences;
+
+    #[test]
+    fn after_a_comparison_the_layer_is_again_the_one_that_the_person_chose() {
+        let mut model = Model::new(Start::default(), Preferences::default());
+        model.update(Command::ChooseLayer(Layer::Entropy));
+        // As when another project was read.
+        model.state.settings.layer = Layer::Differences;
+        model.update(Command::SetOpacity(0.25));
+        model.update(Command::EndComparison);
+        assert_eq!(model.settings.layer, Layer::Entropy);
+        assert_eq!(model.preferences.settings(), model.settings);
     }
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use inplace_core::project::JournalEvent;
 use inplace_core::session::Event;
 
-use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::{Model, Stage};
 use crate::opening::Refusal;
@@ -49,25 +48,22 @@ impl Model {
                 match event {
                     Event::Opened(scene) => return self.scene_opened(scene),
                     Event::Error(sentence) if workspace.reading.is_some() => {
-                        return self.reading_failed(sentence);
+                        self.leave();
+                        return self.state.messages.error(sentence);
                     }
                     _ => {}
                 }
-                if let Event::State(state) = &event {
-                    self.effects.push(Effect::Keep(Results {
+                if let (Event::State(state), Some(project)) = (&event, &self.state.project) {
+                    project.keep(Results {
                         state: Some(state.clone()),
                         ..Results::default()
-                    }));
+                    });
                 }
-                let (frame, guided) = (workspace.frame_index, workspace.suggestions().is_active());
+                let guided = workspace.suggestions().is_active();
                 let told = workspace.on_event(event);
-                let moved = workspace.frame_index != frame;
                 let ended = guided && !workspace.suggestions().is_active();
                 if let Some(sentence) = told {
                     self.state.messages.error(sentence);
-                }
-                if moved {
-                    self.looked_away();
                 }
                 if ended {
                     self.state.messages.info("There is nothing left to suggest.");
@@ -127,16 +123,16 @@ mod tests {
     use super::*;
     use crate::document::Document;
     use crate::model::Start;
-    use crate::session_link::Running;
+    use crate::preferences::Preferences;
     use crate::workspace::Workspace;
     use crate::{Command, Input};
 
     #[test]
     fn what_an_import_that_was_cancelled_read_and_what_is_wrong_with_another_scene_is_dropped() {
-        let mut model = Model::new(Start::default());
+        let mut model = Model::new(Start::default(), Preferences::default());
         let scene = Arc::new(Scene::new(SceneSource::Demo, "test", Vec::new()));
         let ((commands, _), (_, events)) = (unbounded(), unbounded());
-        let session = Running::new(Session::answered_by(commands, events, Arc::default()));
+        let session = Session::answered_by(commands, events, Arc::default());
         let workspace = Workspace::new(scene, 1, session, Document::new(History::default(), 0));
         model.state.stage = Stage::Open(Box::new(workspace));
         model.state.importing = Some(7);
@@ -149,7 +145,7 @@ mod tests {
         ] {
             model.update(Input::Done(done));
         }
-        let shown = model.messages.shown().iter().map(|message| &message.text);
+        let shown = model.messages.shown.iter().map(|message| &message.text);
         assert!(shown.eq(["Nothing was imported.", "These poses are inverted."]));
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use inplace_core::scene::SceneSource;
 
-use crate::dialogs::{Dialog, Purpose};
+use crate::dialogs::{Dialog, ExportChoice, MovedScene, Purpose};
 use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::Model;
@@ -20,28 +20,23 @@ impl Model {
         let Some(path) = path else {
             return;
         };
-        let asks = match &self.state.dialog {
-            Some(
-                Dialog::SaveAs(_)
-                | Dialog::Export(_)
-                | Dialog::Import { .. }
-                | Dialog::Compare(_)
-                | Dialog::Moved(_),
-            ) => true,
-            Some(Dialog::SaveClasses(_)) => purpose == Purpose::SaveClasses,
-            Some(Dialog::AddClasses(_)) => purpose == Purpose::Classes,
-            _ => false,
-        };
-        match (&mut self.state.dialog, purpose) {
-            (Some(dialog), _) if asks => {
-                dialog.take_path(&path);
-                if matches!(dialog, Dialog::AddClasses(_)) {
-                    self.read_classes(path);
-                }
+        match (purpose, &mut self.state.dialog) {
+            (Purpose::Scene, _) => self.open(Target::Scene(SceneSource::Folder(path))),
+            (Purpose::Project, _) => self.open(Target::Project(path)),
+            (Purpose::Features, _) => self.prefer(PreferenceChange::Features(Some(path))),
+            (Purpose::Classes, Some(Dialog::AddClasses(dialog))) => {
+                dialog.path = path.display().to_string();
+                self.read_classes(path);
             }
-            (_, Purpose::Scene) => self.open(Target::Scene(SceneSource::Folder(path))),
-            (_, Purpose::Features) => self.prefer(PreferenceChange::Features(Some(path))),
-            (_, Purpose::Project) => self.open(Target::Project(path)),
+            (Purpose::SaveAs, Some(Dialog::SaveAs(field)))
+            | (Purpose::Export, Some(Dialog::Export(ExportChoice { path: field, .. })))
+            | (Purpose::Import, Some(Dialog::Import { path: field, .. }))
+            | (Purpose::Compare, Some(Dialog::Compare(field)))
+            | (Purpose::SaveClasses, Some(Dialog::SaveClasses(field)))
+            | (Purpose::Moved, Some(Dialog::Moved(MovedScene { path: field, .. }))) => {
+                *field = path.display().to_string();
+            }
+            // The dialog that asked was closed meanwhile.
             _ => {}
         }
     }
@@ -72,13 +67,12 @@ impl Model {
         let (Some(_), Some(project)) = (self.state.workspace(), &self.state.project) else {
             return;
         };
-        let has_file = project.saved_state() != SavedState::MemoryOnly;
-        self.with_workspace(Workspace::save);
-        if has_file {
-            self.effects.push(Effect::SaveTo(path));
-        } else {
+        if project.saved_state() == SavedState::MemoryOnly {
             self.make_project(path);
+        } else {
+            project.save_to(path);
         }
+        self.with_workspace(Workspace::save);
     }
 
     /// There was no file to keep the work in so far: make one.
@@ -101,24 +95,61 @@ impl Model {
     }
 
     /// The work in memory has a file from now on.
-    pub(crate) fn project_made(&mut self, serial: u64, project: ProjectSession) {
-        if let Some(workspace) = self.state.workspace()
-            && workspace.serial == serial
-        {
-            let before = self.state.place();
-            let path = project.path.clone();
-            let memory_only = self.state.project.replace(project);
-            let since = memory_only.map(|mut project| std::mem::take(&mut project.unrecorded));
-            self.effects
-                .extend(since.into_iter().flatten().map(Effect::Record));
-            self.saved_to(&path, before);
+    pub(crate) fn project_made(&mut self, serial: u64, mut project: ProjectSession) {
+        let workspace = self.state.workspace();
+        if workspace.is_none_or(|workspace| workspace.serial != serial) {
+            self.effects.push(Effect::CloseProject(Box::new(project)));
+            return;
         }
+        if let Some(memory_only) = &mut self.state.project {
+            memory_only
+                .unrecorded
+                .drain(..)
+                .for_each(|step| project.record(step));
+        }
+        let (before, path) = (self.state.place(), project.path.clone());
+        self.state.project = Some(project);
+        self.saved_to(&path, before);
     }
 
     /// The work is in this file now; `before` is where it was opened from.
     pub(crate) fn saved_to(&mut self, path: &Path, before: Option<RecentPlace>) {
         self.keep_results();
-        self.note_named(before);
+        // The scene is no longer what goes on with the work.
+        if let Some(before) = before {
+            self.state.preferences.recents.forget(&before);
+        }
+        self.note_recent();
         self.state.messages.info(format!("Saved to {}", path.display()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Input;
+    use crate::model::Start;
+    use crate::preferences::Preferences;
+
+    #[test]
+    fn a_picked_path_goes_to_what_asked_for_it_whatever_dialog_is_shown_by_then() {
+        let mut model = Model::new(Start::default(), Preferences::default());
+        model.state.dialog = Some(Dialog::SaveAs("mine.inplace".to_owned()));
+        let network = PathBuf::from("network.onnx");
+        model.update(Input::Done(Done::Picked(
+            Purpose::Features,
+            Some(network.clone()),
+        )));
+        model.update(Input::Done(Done::Picked(
+            Purpose::Export,
+            Some(PathBuf::from("labels")),
+        )));
+        assert_eq!(model.dialog, Some(Dialog::SaveAs("mine.inplace".to_owned())));
+        assert_eq!(model.preferences.features, Some(network));
+        model.update(Input::Done(Done::Picked(
+            Purpose::SaveAs,
+            Some(PathBuf::from("other.inplace")),
+        )));
+        assert_eq!(model.dialog, Some(Dialog::SaveAs("other.inplace".to_owned())));
     }
 }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use inplace_core::labels::{Class, ClassId, Edit, History, Pixel, Stroke, VOID};
+use inplace_core::labels::{Class, ClassId, Edit, History, Stroke, VOID};
 use inplace_core::project::Step;
 
 use crate::class_view::Named;
-use crate::dialogs::Dialog;
+use crate::dialogs::{ClassUse, Dialog};
 use crate::effect::Effect;
 use crate::model::Model;
-use crate::tool::DrawnLine;
+use crate::tool::{DrawnLine, Tool};
 use crate::workspace::Workspace;
 
 impl Model {
@@ -19,10 +19,27 @@ impl Model {
         self.keep(edit.map(Step::Do));
     }
 
-    /// Adds a stroke of the current class and keeps the edit.
-    fn label(&mut self, stroke: Stroke) {
-        let edit = self.with_workspace(|workspace| workspace.label(stroke));
+    /// Adds a stroke of the current class, whatever class it has, and keeps the edit; returns whether no lock refuses it.
+    /// Without a class it waits for the name of the first one.
+    pub(crate) fn label(&mut self, mut stroke: Stroke) -> bool {
+        let Some(workspace) = self.state.workspace() else {
+            return false;
+        };
+        let Some(class) = workspace.class else {
+            let (name, waiting) = (String::new(), stroke);
+            self.state.dialog = Some(Dialog::FirstClass { name, waiting });
+            return false;
+        };
+        stroke.class = class;
+        if self.lock_refuses(&stroke) {
+            return false;
+        }
+        let edit = self.with_workspace(|workspace| {
+            workspace.selected = None;
+            workspace.label(stroke)
+        });
         self.keep(edit.map(Step::Do));
+        true
     }
 
     pub(crate) fn step(&mut self, change: fn(&mut History) -> Option<Edit>, step: Step) {
@@ -43,43 +60,27 @@ impl Model {
         let images = brought.map(|(id, images)| Step::Import(id, Arc::clone(images)));
         if let Some(project) = &mut self.state.project {
             let steps = images.into_iter().chain([step]);
-            let steps = steps.filter_map(|step| project.remember(step));
-            self.effects.extend(steps.map(Effect::Record));
+            steps.for_each(|step| project.record(step));
         }
     }
 
     pub(crate) fn draw(&mut self, line: DrawnLine) {
         let radius = self.state.settings.brush;
-        let Some(workspace) = self.state.workspace_mut() else {
+        let Some(workspace) = self.state.workspace() else {
             return;
         };
-        let labelled = line.tool.labels();
-        if labelled && workspace.class.is_none() {
-            let waiting = line.into_stroke(workspace.frame_index, VOID, radius);
-            self.ask_for_first_class(waiting);
-            return;
-        }
-        if let Some(class) = workspace.class.filter(|_| labelled) {
-            let stroke = line.clone().into_stroke(workspace.frame_index, class, radius);
-            if self.lock_refuses(&stroke) {
-                return;
+        if line.tool.labels() {
+            if self.label(line.into_stroke(workspace.frame_index, VOID, radius)) {
+                self.note_click();
             }
-        } else {
+        } else if line.tool == Tool::Erase {
             self.say_what_stays(&line, radius);
+            let edit = self.with_workspace(|workspace| {
+                workspace.selected = None;
+                workspace.erase(&line.points, radius)
+            });
+            self.keep(edit.map(Step::Do));
         }
-        let Some(workspace) = self.state.workspace_mut() else {
-            return;
-        };
-        let edit = workspace.draw(line, radius);
-        self.keep(edit.map(Step::Do));
-        if labelled {
-            self.note_click();
-        }
-    }
-
-    fn ask_for_first_class(&mut self, waiting: Stroke) {
-        let name = String::new();
-        self.state.dialog = Some(Dialog::FirstClass { name, waiting });
     }
 
     /// A click has just changed the labels.
@@ -93,36 +94,21 @@ impl Model {
         });
     }
 
-    pub(crate) fn add_class(&mut self, name: &str) {
-        let waiting = match self.state.dialog.take() {
-            Some(Dialog::FirstClass { waiting, .. }) => Some(waiting),
-            other => {
-                self.state.dialog = other;
-                None
-            }
-        };
-        let added = self.new_class(name);
-        self.choose(Named::Class(added));
-        if let Some(waiting) = waiting {
-            let stroke = Stroke {
-                class: added,
-                object: None,
-                ..waiting
-            };
-            self.edit(|history| Some(history.add_stroke(stroke)));
-            self.note_click();
-        }
-    }
-
-    /// Adds a class; returns its id.
-    pub(crate) fn new_class(&mut self, name: &str) -> ClassId {
+    /// Adds a class and does something with it; a stroke that waited for the first one becomes one of it.
+    pub(crate) fn add_class(&mut self, purpose: ClassUse, name: &str) {
+        let dialog = self.state.dialog.take();
         let mut added = VOID;
         self.edit(|history| {
             let (id, edit) = history.add_class(name);
             added = id;
             Some(edit)
         });
-        added
+        self.use_class(purpose, added);
+        if let Some(Dialog::FirstClass { waiting, .. }) = dialog
+            && self.label(waiting)
+        {
+            self.note_click();
+        }
     }
 
     /// A class or an object is chosen to label with it.
@@ -135,20 +121,19 @@ impl Model {
     }
 
     pub(crate) fn choose_slot(&mut self, slot: usize) {
-        match (self.class_of_slot(slot), self.stroke_to_change()) {
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let class = match slot.checked_sub(1) {
+            Some(index) => workspace.document.classes().get(index).map(|class| class.id),
+            None => Some(VOID),
+        };
+        match (class, self.stroke_to_change()) {
+            (None, _) => {}
+            (Some(class), _) if workspace.suggestions().is_active() => self.answer_with(class),
             (Some(class), Some(stroke)) => self.change_stroke_class(stroke, class),
             (Some(class), None) => self.choose(Named::Class(class)),
-            (None, _) => {}
         }
-    }
-
-    /// The n-th class of the list; 0 is void.
-    pub(crate) fn class_of_slot(&self, slot: usize) -> Option<ClassId> {
-        let Some(index) = slot.checked_sub(1) else {
-            return Some(VOID);
-        };
-        let classes = self.state.workspace()?.document.classes();
-        classes.get(index).map(|class| class.id)
     }
 
     pub(crate) fn change_class(&mut self, id: ClassId, change: impl FnOnce(&mut Class)) {
@@ -166,26 +151,9 @@ impl Model {
             let sentence = "Nothing is outlined here: point at something that a click would win.";
             return self.state.messages.info(sentence);
         };
-        if self.lock_refuses(&region) {
-            return;
-        }
         self.leave_suggestions();
-        self.label(region);
-        self.note_click();
-    }
-
-    /// A click of the current class on a frame that need not be in view; asks for the first class.
-    pub(crate) fn label_seen(&mut self, frame: usize, pixel: Pixel) {
-        let Some(workspace) = self.state.workspace() else {
-            return;
-        };
-        let Some(class) = workspace.class else {
-            self.ask_for_first_class(Stroke::click(frame, VOID, pixel));
-            return;
-        };
-        let click = Stroke::click(frame, class, pixel);
-        if !self.lock_refuses(&click) {
-            self.label(click);
+        if self.label(region) {
+            self.note_click();
         }
     }
 }

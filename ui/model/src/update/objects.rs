@@ -89,14 +89,10 @@ impl Model {
             let sentence = format!("No frame shows \"{}\" yet.", object.object.name);
             return self.state.messages.info(sentence);
         };
-        let before = self.state.workspace().map(|workspace| workspace.frame_index);
         self.with_workspace(|workspace| {
             workspace.go_to_place(frame, pixel);
             workspace.space.shown = false;
         });
-        if before != Some(frame) {
-            self.looked_away();
-        }
     }
 
     /// Lists the objects of a class below it, or the class alone.

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use inplace_core::cores;
 use inplace_core::scene::reprojection::Agreement;
-use inplace_core::scene::{Scene, SceneSource};
-use inplace_core::session::SessionOptions;
+use inplace_core::scene::{OpenOptions, Scene, SceneSource};
+use inplace_core::session::{Saved, SessionOptions};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -21,7 +21,6 @@ use crate::model::{Model, Opening, Stage};
 use crate::opening::{Attached, Prepared, Target, attach, prepare, prepare_whole};
 use crate::preferences::usual_threads;
 use crate::project_session::Results;
-use crate::session_link::Running;
 use crate::workspace::Workspace;
 
 impl Model {
@@ -57,15 +56,11 @@ impl Model {
     }
 
     /// Keeps and closes what is open, which is not worth remembering.
-    fn leave(&mut self) {
-        let results = self.results();
+    pub(crate) fn leave(&mut self) {
+        self.keep_results();
         self.state.stage = Stage::Start;
-        if let Some(project) = self.state.project.take() {
-            self.effects.push(Effect::CloseProject(
-                Box::new(project),
-                results.unwrap_or_default(),
-            ));
-        }
+        let project = self.state.project.take().map(Box::new);
+        self.effects.extend(project.map(Effect::CloseProject));
         self.state.importing = None;
         self.stop_beginning_comparison();
         // An export goes on: it has all that it needs.
@@ -77,62 +72,55 @@ impl Model {
 
     /// Keeps the newest maps and model, so that the project shows them at once when it is opened again.
     pub(crate) fn keep_results(&mut self) {
-        self.effects.extend(self.results().map(Effect::Keep));
-    }
-
-    fn results(&self) -> Option<Results> {
-        let workspace = self.state.workspace()?;
+        let (Some(workspace), Some(project)) = (self.state.workspace(), &self.state.project) else {
+            return;
+        };
         // Those of other frames would have to be looked up in thousands of files.
         let frames = workspace.scene.keyframes().into_iter();
         let maps = frames.filter_map(|frame| workspace.newest_map(frame));
         let generation = workspace.document.generation();
-        Some(Results {
+        project.keep(Results {
             view: Some(workspace.kept_view(&self.state.settings)),
             maps: maps.filter(|map| map.generation == generation).collect(),
-            state: workspace.state().cloned(),
-        })
+            state: workspace.state.clone(),
+        });
     }
 
-    /// Threads of the worker's pool: as the command line says, as preferred, or all cores but one.
-    pub(crate) fn threads(&self) -> usize {
-        let preferred = self.state.preferences.threads;
-        let chosen = self
-            .start
-            .threads
-            .or(preferred.map(|threads| threads.min(cores())));
-        chosen.unwrap_or_else(usual_threads).max(1)
-    }
-
-    /// File of the pretrained network: as the command line says, or as preferred.
-    pub(crate) fn features(&self) -> Option<PathBuf> {
-        let preferred = &self.state.preferences.features;
-        self.start.features.as_ref().or(preferred.as_ref()).cloned()
+    /// How a session works on a scene: as the command line says, or else as preferred.
+    pub(crate) fn session_options(
+        &self,
+        source: SceneSource,
+        open: OpenOptions,
+        state: Option<Saved>,
+    ) -> SessionOptions {
+        let preferred = &self.state.preferences;
+        let threads = preferred.threads.map(|threads| threads.min(cores()));
+        let threads = self.start.threads.or(threads).unwrap_or_else(usual_threads);
+        SessionOptions {
+            source,
+            open,
+            preset: self.start.preset,
+            threads: threads.max(1),
+            seed: self.start.seed,
+            views: false,
+            features: self
+                .start
+                .features
+                .as_ref()
+                .or(preferred.features.as_ref())
+                .cloned(),
+            state,
+        }
     }
 
     pub(crate) fn start_session(&mut self, ticket: u64, prepared: Prepared) {
-        let options = SessionOptions {
-            source: prepared.source.clone(),
-            open: prepared.open,
-            preset: self.start.preset,
-            threads: self.threads(),
-            seed: self.start.seed,
-            views: false,
-            features: self.features(),
-            state: prepared.state(),
-        };
+        let options = self.session_options(prepared.source.clone(), prepared.open, prepared.state());
         let Some(opening) = self.opening(ticket) else {
             return;
         };
         opening.prepared = Some(prepared);
         self.read = options.open;
         self.effects.push(Effect::StartSession(Box::new(options)));
-    }
-
-    /// The session of what is being opened runs.
-    pub(crate) fn session_started(&mut self, session: Running) {
-        if let Stage::Opening(opening) = &mut self.state.stage {
-            opening.session = Some(session);
-        }
     }
 
     /// The scene is listed, or else read: fit what is kept to it, on a thread, unless that was done.
@@ -152,16 +140,18 @@ impl Model {
     }
 
     pub(crate) fn show_workspace(&mut self, ticket: u64, scene: Arc<Scene>, attached: Attached) {
-        let Some(opening) = self.opening(ticket) else {
-            return;
-        };
-        let (Some(session), opened) = (opening.session.take(), opening.opened.take()) else {
+        let opening = self.opening(ticket);
+        let taken = opening.and_then(|opening| Some((opening.session.take()?, opening.opened.take())));
+        let Some((session, opened)) = taken else {
+            // So that it is waited for when it is opened again.
+            self.effects
+                .push(Effect::CloseProject(Box::new(attached.project)));
             return;
         };
         for note in &attached.notes {
             self.state.messages.info(note);
         }
-        for problem in attached.damage.into_iter().chain(attached.problem) {
+        for problem in attached.problems {
             self.state.messages.error(problem);
         }
         let mut settings = self.state.preferences.settings();
@@ -169,8 +159,7 @@ impl Model {
         let view = attached.view.as_deref().map(serde_json::from_str::<Value>);
         let view = view.and_then(Result::ok).unwrap_or_default();
         settings.take_json(&view);
-        // That is no change of what is preferred.
-        (self.state.settings, self.settings_seen) = (settings, settings);
+        self.state.settings = settings;
         let document = Document::new(attached.history, attached.generation);
         let mut workspace = Workspace::new(scene, ticket, session, document);
         workspace.overview.log.take_json(&view["progress"]);
@@ -227,12 +216,6 @@ impl Model {
             let prepared = prepare_whole(project, &workspace.scene, open, (history, view));
             Done::Prepared(ticket, Box::new(Ok(prepared)))
         });
-    }
-
-    /// The scene in view turned out not to be readable.
-    pub(crate) fn reading_failed(&mut self, sentence: String) {
-        self.leave();
-        self.state.messages.error(sentence);
     }
 
     /// The poses of a scene were held against its images; what does not fit stays on the screen until it is dismissed.

@@ -2,7 +2,7 @@
 
 use crate::effect::Effect;
 use crate::model::Model;
-use crate::preferences::{PreferenceChange, Recent, RecentPlace, now};
+use crate::preferences::{PreferenceChange, Recent, now};
 use crate::settings::Settings;
 use crate::workspace::source::FrameSource;
 
@@ -13,15 +13,6 @@ impl Model {
             self.effects.push(Effect::ForgetPicture(place.clone()));
         }
         self.state.preferences.change(change);
-    }
-
-    /// Notices which settings the person changed.
-    pub(crate) fn note_settings(&mut self) {
-        let (before, now) = (self.settings_seen, self.state.settings);
-        if before != now {
-            self.state.preferences.note_settings(before, now);
-            self.settings_seen = now;
-        }
     }
 
     /// Notes what is open among what was opened lately, and has its picture taken.
@@ -42,13 +33,5 @@ impl Model {
         let source = FrameSource::new(workspace, workspace.frame_index, look);
         self.state.preferences.recents.add(recent);
         self.effects.push(Effect::TakePicture(place, source));
-    }
-
-    /// The work got a name: its scene is no longer what goes on with it.
-    pub(crate) fn note_named(&mut self, before: Option<RecentPlace>) {
-        if let Some(before) = before {
-            self.state.preferences.recents.forget(&before);
-        }
-        self.note_recent();
     }
 }

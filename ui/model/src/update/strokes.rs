@@ -14,12 +14,6 @@ impl Model {
         }
     }
 
-    pub(crate) fn go_to_stroke(&mut self, stroke: StrokeId) {
-        if self.with_workspace(|workspace| workspace.go_to_stroke(stroke)) {
-            self.looked_away();
-        }
-    }
-
     pub(crate) fn delete_selected(&mut self) {
         if let Some(stroke) = self.selected() {
             self.delete_stroke(stroke);

@@ -20,7 +20,8 @@ impl Model {
             next.inspect(|&index| workspace.show_suggestion(index))
         });
         if next.is_some() {
-            self.arrived();
+            // Keys belong to the place in view, not to the control that was used last.
+            self.give_up_focus();
         }
         next.is_some()
     }
@@ -41,12 +42,6 @@ impl Model {
         if let Some(why) = self.state.workspace().map(Workspace::why_no_suggestion) {
             self.state.messages.info(why);
         }
-    }
-
-    /// Another place is in view: keys belong to it, not to the control that was used last.
-    fn arrived(&mut self) {
-        self.give_up_focus();
-        self.looked_away();
     }
 
     /// The suggestion that keys answer.
@@ -104,13 +99,7 @@ impl Model {
         }
     }
 
-    pub(crate) fn answer_slot(&mut self, slot: usize) {
-        if let Some(class) = self.class_of_slot(slot) {
-            self.answer_with(class);
-        }
-    }
-
-    /// Labels the suggestion at hand with a class that was found.
+    /// Labels the suggestion at hand with a class.
     pub(crate) fn answer_with(&mut self, class: ClassId) {
         if let Some(index) = self.suggestion_at_hand() {
             self.answer_suggestion(index, class.into());

@@ -1,20 +1,13 @@
 //! Actions that change what is looked at.
 
-use crate::effect::Effect;
 use crate::model::Model;
 use crate::workspace::Workspace;
 
 impl Model {
-    /// Another frame came into view.
-    pub(crate) fn looked_away(&mut self) {
-        self.effects.push(Effect::LookedAway);
-    }
-
     pub(crate) fn go_to(&mut self, frame: impl FnOnce(&Workspace) -> Option<usize>) {
         let moved = |workspace: &mut Workspace| frame(workspace).is_some_and(|frame| workspace.go_to(frame));
         if self.with_workspace(moved) {
             self.leave_suggestions();
-            self.looked_away();
         }
     }
 

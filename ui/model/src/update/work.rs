@@ -41,7 +41,7 @@ impl Model {
             generation: workspace.document.generation(),
             format: choice.format,
             options: choice.options(),
-            maps: Arc::clone(workspace.session().maps()),
+            maps: Arc::clone(workspace.session.maps()),
             stop: Arc::clone(&stop),
         };
         let folder = choice.folder();
@@ -112,7 +112,7 @@ impl Model {
         };
         let scene = Arc::clone(&workspace.scene);
         let known = workspace.document.labels().clone();
-        let maps = Arc::clone(workspace.session().maps());
+        let maps = Arc::clone(workspace.session.maps());
         self.last_ticket += 1;
         let ticket = self.last_ticket;
         self.state.importing = Some(ticket);
@@ -176,7 +176,7 @@ impl Model {
         if let Some(workspace) = self.state.workspace_mut() {
             let due = workspace.refresh_overview(now);
             wake = wake.into_iter().chain(workspace.overview.wake_in(now)).min();
-            let maps = Arc::clone(workspace.session().maps());
+            let maps = Arc::clone(workspace.session.maps());
             if let Some(due) = due {
                 let serial = workspace.serial;
                 let imported = workspace.document.labels().imported.clone();

@@ -32,7 +32,8 @@ impl Workspace {
             Event::AllMaps { generation } => self.followed = Some(generation),
             Event::Status(status) => {
                 let strokes = self.document.labels().strokes.len();
-                self.overview.note(&status, strokes, Instant::now());
+                let accuracy = self.overview.accuracy;
+                self.overview.log.note(Instant::now(), strokes, accuracy, &status);
                 self.status = status;
             }
             Event::Preview { generation, preview } => {

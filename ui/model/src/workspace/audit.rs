@@ -18,11 +18,6 @@ pub struct Auditing {
 }
 
 impl Workspace {
-    /// The audit, and where the person is in it.
-    pub fn auditing(&self) -> &Auditing {
-        &self.auditing
-    }
-
     /// Frame and pixel of a place; `None` where the scene has no such frame any more.
     pub fn audited_place(&self, index: usize) -> Option<(usize, Pixel)> {
         let audit = self.auditing.audit.as_ref()?;

@@ -4,16 +4,11 @@ use inplace_core::labels::{Stroke, VOID};
 use inplace_core::session::{Command, Preview};
 
 use super::Workspace;
-use crate::hover::{Hover, Question, taken};
+use crate::hover::{Question, taken};
 use crate::settings::Settings;
 use crate::tool::Tool;
 
 impl Workspace {
-    /// What a click at the pointer would win.
-    pub fn hover(&self) -> &Hover {
-        &self.hover
-    }
-
     /// Asks about the click that a press would be now, unless that was asked.
     pub(crate) fn follow_hover(&mut self, settings: &Settings) {
         let question = self.question(settings);

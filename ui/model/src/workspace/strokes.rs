@@ -6,7 +6,6 @@ use inplace_core::labels::{Edit, History, Pixel, StrokeId, StrokeKind, VOID};
 
 use super::Workspace;
 use crate::document::frame_of;
-use crate::tool::{DrawnLine, Tool};
 
 impl Workspace {
     /// Where the newest line of the frame in view ends.
@@ -27,12 +26,11 @@ impl Workspace {
         self.selected = stroke.filter(here);
     }
 
-    /// Shows a stroke and selects it; returns whether another frame was shown before.
-    pub fn go_to_stroke(&mut self, id: StrokeId) -> bool {
+    /// Shows a stroke and selects it.
+    pub fn go_to_stroke(&mut self, id: StrokeId) {
         let Some(stroke) = self.document.labels().strokes.get(&id).cloned() else {
-            return false;
+            return;
         };
-        let before = self.frame_index;
         // The middle of a scribble is on it; that of a polygon's rows is inside.
         let line = stroke.lines.get(stroke.lines.len() / 2);
         let middle = match line.map(Vec::as_slice) {
@@ -46,24 +44,10 @@ impl Workspace {
             }
         }
         self.select(Some(id));
-        self.frame_index != before
     }
 
-    /// Labels or erases along a line on the frame in view; `None` when nothing changed.
-    pub fn draw(&mut self, line: DrawnLine, radius: u32) -> Option<Edit> {
-        self.selected = None;
-        match line.tool {
-            Tool::Brush | Tool::Polyline | Tool::Polygon => {
-                let stroke = line.into_stroke(self.frame_index, self.class?, radius);
-                self.label(stroke)
-            }
-            Tool::Erase => self.erase(&line.points, radius),
-            Tool::Select => None,
-        }
-    }
-
-    /// Erases along a path on the frame in view: every eraser of the window does it here.
-    fn erase(&mut self, path: &[Pixel], radius: u32) -> Option<Edit> {
+    /// Erases along a path on the frame in view: every eraser of the window does it here; `None` when nothing changed.
+    pub(crate) fn erase(&mut self, path: &[Pixel], radius: u32) -> Option<Edit> {
         let frame = self.frame_index;
         let strokes = self.document.strokes_on(frame);
         let locked = strokes.filter(|(id, stroke)| self.locked_by(*id, stroke).is_some());

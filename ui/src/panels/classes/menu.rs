@@ -17,7 +17,10 @@ pub(super) fn of_list(ui: &mut Ui, workspace: &Workspace, commands: &mut Command
     let some = !workspace.document.classes().is_empty();
     Popup::menu(&button).show(|ui| {
         let mut menu = Menu { ui, commands };
-        let add = Dialog::AddClasses(Box::new(AddClasses::new(0)));
+        let add = Dialog::AddClasses(Box::new(AddClasses::new(
+            0,
+            workspace.document.classes().to_vec(),
+        )));
         menu.entry(true, "Add classes...", Command::Show(Some(add)));
         let save = Dialog::SaveClasses(String::new());
         menu.entry(some, "Save classes as a file...", Command::Show(Some(save)));

@@ -236,8 +236,11 @@ fn mark(ui: &Ui, rect: Rect, icon: Icon, name: &str, seen: bool) -> bool {
     response.on_hover_text(name).clicked()
 }
 
-/// The class that is being dragged.
-struct Dragged(ClassId);
+/// The class that is being dragged, and its place in the list.
+struct Dragged {
+    class: ClassId,
+    index: usize,
+}
 
 /// Moves lines by dragging them, and the line that has the focus with Alt and the arrow keys. `index` is that of the
 /// line's class among `count`.
@@ -249,7 +252,7 @@ pub(super) fn reorder(
     count: usize,
     commands: &mut Commands,
 ) {
-    row.dnd_set_drag_payload(Dragged(id));
+    row.dnd_set_drag_payload(Dragged { class: id, index });
     if row.dragged() {
         ui.painter()
             .rect_filled(row.rect, 4, theme::of(ui.visuals()).line.gamma_multiply(0.5));
@@ -265,12 +268,9 @@ pub(super) fn reorder(
         };
         let line = Stroke::new(2.0, theme::of(ui.visuals()).accent);
         ui.painter().hline(row.rect.x_range(), y, line);
-        if dragged.0 != id && row.dnd_release_payload::<Dragged>().is_some() {
-            commands.push(Command::MoveClassBeside {
-                class: dragged.0,
-                neighbour: id,
-                below,
-            });
+        if dragged.class != id && row.dnd_release_payload::<Dragged>().is_some() {
+            let place = index + usize::from(below) - usize::from(dragged.index < index);
+            commands.push(Command::MoveClass(dragged.class, place));
         }
     }
     if row.has_focus() {
