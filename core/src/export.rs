@@ -36,7 +36,8 @@ use std::path::Path;
 
 pub use atomic::write as write_whole;
 pub use comparison::{Agreement, ClassAgreement, ClassMatching, Difference, Labelling, compare};
-pub use error::{ExportError, Refusal};
+pub use error::ExportError;
+use error::Refusal;
 pub use format::{Format, export};
 pub use ids::IdMap;
 use inputs::withdraw_report;

@@ -38,8 +38,11 @@ use crate::session::{FrameMap, ModelState};
 /// Schema version that this program writes, and the highest that it reads.
 const VERSION: i64 = 4;
 
-/// Forgets all maps.
+/// SQL that forgets all maps.
 const FORGET_MAPS: &str = "DELETE FROM map";
+
+/// SQL that forgets all maps and the model.
+const FORGET_RESULTS: &str = "DELETE FROM model; DELETE FROM map";
 
 /// One step through the edit history.
 #[derive(Clone, Debug, PartialEq)]
@@ -147,13 +150,17 @@ impl Project {
         })
     }
 
-    /// Replaces the scene, the labels and the history in one transaction; maps, model and view stay.
+    /// Replaces the scene, the labels and the history in one transaction; of maps and model, which were made from those of
+    /// before, it forgets what the SQL `forget` says. The view stays.
     ///
     /// # Errors
     /// [`ProjectError::Unwritable`]; then the file is as before.
-    pub fn rewrite(&mut self, scene: &SceneRecord, history: &History) -> Result<(), ProjectError> {
+    fn rewrite(&mut self, scene: &SceneRecord, history: &History, forget: &str) -> Result<(), ProjectError> {
         let path = self.path.clone();
-        self.write(|transaction| rows::write_all(transaction, &path, scene, history))
+        self.write(|transaction| {
+            transaction.execute_batch(forget)?;
+            rows::write_all(transaction, &path, scene, history)
+        })
     }
 
     /// Keeps these maps as the last ones of their frames, in one transaction.
@@ -163,22 +170,6 @@ impl Project {
     pub fn save_maps(&mut self, maps: &[Arc<FrameMap>]) -> Result<(), ProjectError> {
         let maps = encoded(&self.path, maps)?;
         self.write(|transaction| maps.iter().try_for_each(|map| map.write(transaction)))
-    }
-
-    /// Forgets the maps: they were made from other labels.
-    ///
-    /// # Errors
-    /// [`ProjectError::Unwritable`].
-    pub fn forget_maps(&mut self) -> Result<(), ProjectError> {
-        self.write(|transaction| transaction.execute_batch(FORGET_MAPS))
-    }
-
-    /// Forgets model and maps: they were made from a scene that has changed.
-    ///
-    /// # Errors
-    /// [`ProjectError::Unwritable`].
-    pub fn forget_results(&mut self) -> Result<(), ProjectError> {
-        self.write(|transaction| transaction.execute_batch("DELETE FROM model; DELETE FROM map"))
     }
 
     /// Keeps this model state as the last one.

@@ -36,9 +36,9 @@ use rayon::prelude::*;
 
 use crate::TOLD;
 pub(crate) use cache::Cache;
-pub(crate) use camera::sampled;
 pub use camera::{Camera, Viewpoint};
-pub use error::{CameraError, ImageError, SceneError};
+pub(crate) use camera::{has_proportions, sampled};
+pub use error::{ImageError, SceneError};
 pub(crate) use error::{in_one_line, shown};
 pub(crate) use files::check_size;
 pub(crate) use files::decode as decode_image;

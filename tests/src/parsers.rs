@@ -10,7 +10,7 @@ mod projects;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use inplace_core::scene::{Camera, ColorImage, Distortion, Frame, FramePixels, Lens, Scene, SceneSource};
+use inplace_core::scene::{Camera, ColorImage, Distortion, Frame, Lens, Pixels, Scene, SceneSource};
 use tempfile::TempDir;
 
 /// Width and height of the images in the captures of these checks, in pixels.
@@ -131,11 +131,12 @@ fn two_frames([width, height]: [u32; 2]) -> Scene {
         path: PathBuf::new(),
         camera,
         camera_to_world: glam::Affine3A::IDENTITY,
-        pixels: FramePixels::new(
+        pixels: Pixels::new(
             ColorImage::new(camera.width, camera.height, vec![0; 3 * camera.pixels()])
                 .expect("three bytes a pixel"),
             None,
-        ),
+        )
+        .into(),
         points: Vec::new(),
         lens,
     };

@@ -78,7 +78,7 @@ impl Drop for WriteProtected {
 /// Saves under a name in another folder and makes sure that everything is there.
 fn save_elsewhere(journal: &Journal, folder: &Path, history: &History) {
     let path = folder.join("rescued.inplace");
-    journal.save_as(path.clone());
+    journal.save_as(path.clone(), false);
     let mut events = std::iter::from_fn(|| journal.events().recv_timeout(Duration::from_secs(60)).ok());
     let other = events.find(|event| !matches!(event, JournalEvent::Failed(_)));
     assert_eq!(other, Some(JournalEvent::Saved { path: path.clone() }));

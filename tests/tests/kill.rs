@@ -59,7 +59,7 @@ fn step(history: &mut History, sequence: u64) -> Step {
         12..=13 => one.and_then(|one| history.delete_object(one.object.id)),
         14 => stroke.and_then(|stroke| history.delete_stroke(stroke)),
         15 => stroke.and_then(|stroke| history.change_stroke_class(stroke, click.class)),
-        16 => history.erase(click.frame, &[pixel], 6),
+        16 => history.erase_where(click.frame, &[pixel], 6, |_| true),
         17 => Some(history.toggle_checked(click.frame)),
         18 => {
             if history.undo().is_some() {

@@ -1,6 +1,6 @@
 //! What the unit tests look at.
 
-use inplace_core::scene::{Camera, ColorImage, Frame, FramePixels, Scene, SceneSource};
+use inplace_core::scene::{Camera, ColorImage, Frame, Pixels, Scene, SceneSource};
 
 /// A scene with a frame for each image, called 0, 1, ..., all taken from the origin with a horizontal field of view of
 /// 90 degrees.
@@ -10,7 +10,7 @@ pub fn scene(images: impl IntoIterator<Item = ColorImage>) -> Scene {
         path: Default::default(),
         camera: Camera::with_horizontal_fov(color.width(), color.height(), 90.0),
         camera_to_world: Default::default(),
-        pixels: FramePixels::new(color, None),
+        pixels: Pixels::new(color, None).into(),
         points: Vec::new(),
         lens: None,
     };

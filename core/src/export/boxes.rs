@@ -62,11 +62,11 @@ pub(super) fn write(
     options: &Options,
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason| ExportError::incomplete(folder, reason);
+    let incomplete = |reason: Refusal| ExportError::incomplete(folder, reason);
     let shape = solid::shape(Solid::Cloud, labelled, options).map_err(incomplete)?;
     if !shape.classes.iter().any(|class| class.thing) {
         let reason = "no class is a thing, so that there are no objects to put boxes around; say in the menu of a class that it is one";
-        return Err(incomplete(Refusal::Format(reason.to_owned())));
+        return Err(incomplete(reason.into()));
     }
     let (unit, voxel) = (labelled.scene.unit, f64::from(shape.surface.voxel));
     let turn = levelling(shape.surface.look.vertical().as_dvec3());

@@ -27,19 +27,17 @@ pub(super) struct Cityscapes;
 
 impl Layout for Cityscapes {
     type Entry = ();
-
-    fn folders(&self) -> &'static [&'static str] {
-        &["gtFine"]
-    }
+    const FOLDERS: &'static [&'static str] = &["gtFine"];
 
     fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
         let Some(class) = classes.iter().find(|class| class.id > LARGEST_ID) else {
             return Ok(());
         };
-        Err(Refusal::Format(format!(
+        Err(format!(
             "class \"{}\" has the number {}, and its images hold numbers up to {LARGEST_ID}; export with other ids",
             class.name, class.id
-        )))
+        )
+        .into())
     }
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {

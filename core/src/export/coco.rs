@@ -12,18 +12,18 @@ pub(super) const IMAGES: &str = "images";
 #[derive(Serialize)]
 pub(super) struct Image {
     /// Place of the frame in the scene, counted from 1.
-    pub(super) id: usize,
+    id: usize,
     file_name: String,
     width: u32,
     height: u32,
 }
 
 impl Image {
-    /// A frame that has no number yet, with its image.
+    /// A frame with its image.
     pub(super) fn of(frame: &Labelled<'_>, original: &OutputFile) -> Self {
         let [width, height] = frame.size;
         Self {
-            id: 0,
+            id: frame.number,
             file_name: original.name(),
             width,
             height,

@@ -21,7 +21,7 @@ pub(super) struct CocoInstances;
 pub(super) struct Annotation {
     /// Counted from 1 over all frames; 0 as long as only its own frame is known.
     id: usize,
-    /// The same of the frame.
+    /// Place of the frame in the scene, counted from 1.
     image_id: usize,
     category_id: ClassId,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -41,10 +41,7 @@ struct Segmentation {
 
 impl Layout for CocoInstances {
     type Entry = (Image, Vec<Annotation>);
-
-    fn folders(&self) -> &'static [&'static str] {
-        &[IMAGES]
-    }
+    const FOLDERS: &'static [&'static str] = &[IMAGES];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let (segments, places) = frame.segments()?;
@@ -71,7 +68,7 @@ impl Layout for CocoInstances {
             let size = [height, width];
             Annotation {
                 id: 0,
-                image_id: 0,
+                image_id: frame.number,
                 category_id: frame.classes[usize::from(segment.class) - 1].id,
                 object_id: segment.thing(frame.classes),
                 segmentation: Segmentation { size, counts },
@@ -87,20 +84,17 @@ impl Layout for CocoInstances {
     }
 
     fn index(&self, about: About<'_>, entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
-        let mut instances = Dataset {
-            images: Vec::with_capacity(entries.len()),
-            annotations: Vec::new(),
-            categories: coco::categories(about, true),
-        };
-        for (image_id, (mut image, annotations)) in (1..).zip(entries) {
-            image.id = image_id;
-            instances.images.push(image);
-            for mut annotation in annotations {
-                annotation.id = instances.annotations.len() + 1;
-                annotation.image_id = image_id;
-                instances.annotations.push(annotation);
-            }
+        let (images, annotations): (_, Vec<Vec<Annotation>>) = entries.into_iter().unzip();
+        let mut annotations = annotations.into_iter().flatten().collect::<Vec<_>>();
+        for (id, annotation) in (1..).zip(&mut annotations) {
+            annotation.id = id;
         }
+        let categories = coco::categories(about, true);
+        let instances = Dataset {
+            images,
+            annotations,
+            categories,
+        };
         Ok(vec![dense_json_file("instances.json", &instances)?])
     }
 }

@@ -32,7 +32,7 @@ pub(super) struct Segment {
 
 #[derive(Serialize)]
 pub(super) struct Annotation {
-    /// Place of the frame in the scene, counted from 1; 0 as long as only the frame is known.
+    /// Place of the frame in the scene, counted from 1.
     image_id: usize,
     file_name: String,
     segments_info: Vec<Segment>,
@@ -40,10 +40,7 @@ pub(super) struct Annotation {
 
 impl Layout for CocoPanoptic {
     type Entry = (Image, Annotation);
-
-    fn folders(&self) -> &'static [&'static str] {
-        &[SEGMENTS, IMAGES]
-    }
+    const FOLDERS: &'static [&'static str] = &[SEGMENTS, IMAGES];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
@@ -78,7 +75,7 @@ impl Layout for CocoPanoptic {
         let original = original(frame.frame, IMAGES)?;
         let listed = Image::of(frame, &original);
         let annotation = Annotation {
-            image_id: 0,
+            image_id: frame.number,
             file_name,
             segments_info,
         };
@@ -86,16 +83,13 @@ impl Layout for CocoPanoptic {
     }
 
     fn index(&self, about: About<'_>, entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
-        let mut panoptic = Dataset {
-            images: Vec::with_capacity(entries.len()),
-            annotations: Vec::with_capacity(entries.len()),
-            categories: coco::categories(about, false),
+        let (images, annotations) = entries.into_iter().unzip();
+        let categories = coco::categories(about, false);
+        let panoptic = Dataset {
+            images,
+            annotations,
+            categories,
         };
-        for (image_id, (mut image, mut annotation)) in (1..).zip(entries) {
-            (image.id, annotation.image_id) = (image_id, image_id);
-            panoptic.images.push(image);
-            panoptic.annotations.push(annotation);
-        }
         Ok(vec![dense_json_file("panoptic.json", &panoptic)?])
     }
 }

@@ -34,14 +34,8 @@ pub(super) struct Row {
 
 impl Layout for HuggingFace {
     type Entry = (Row, ObjectPixels);
-
-    fn folders(&self) -> &'static [&'static str] {
-        &[IMAGES, LABELS]
-    }
-
-    fn object_folders(&self) -> &'static [&'static str] {
-        &[OBJECTS]
-    }
+    const FOLDERS: &'static [&'static str] = &[IMAGES, LABELS];
+    const OBJECT_FOLDERS: &'static [&'static str] = &[OBJECTS];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;

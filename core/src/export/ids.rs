@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::ExportError;
-use crate::labels::{Class, ClassId, ClassListError, ClassPalette, PALETTES, VOID, parse_class_list};
+use crate::labels::{Class, ClassId, ClassPalette, PALETTES, VOID, parse_class_list};
 
 /// A list of classes whose numbers, names and colours are exported in place of the project's own, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,7 +34,7 @@ impl IdMap {
 
     fn read(path: &Path) -> Result<Self, ExportError> {
         let classes = std::fs::read_to_string(path)
-            .map_err(ClassListError::from)
+            .map_err(|error| error.to_string())
             .and_then(|text| parse_class_list(&text));
         classes
             .map(Self)

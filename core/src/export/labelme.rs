@@ -52,16 +52,13 @@ struct Empty {}
 
 impl Layout for Labelme {
     type Entry = ();
-
-    fn folders(&self) -> &'static [&'static str] {
-        &[FOLDER]
-    }
+    const FOLDERS: &'static [&'static str] = &[FOLDER];
 
     fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
         match classes.iter().find(|class| class.name == BACKGROUND) {
-            Some(_) => Err(Refusal::Format(format!(
-                "\"{BACKGROUND}\" is void for labelme and cannot be a class; rename it"
-            ))),
+            Some(_) => {
+                Err(format!("\"{BACKGROUND}\" is void for labelme and cannot be a class; rename it").into())
+            }
             None => Ok(()),
         }
     }

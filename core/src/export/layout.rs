@@ -1,6 +1,5 @@
 //! How a data set is laid out on disk, and the writing that all layouts share.
 
-use std::collections::HashSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -90,6 +89,8 @@ impl Written {
 /// One frame as it is exported: in the pixels of its image on disk, distortion included.
 pub(super) struct Labelled<'a> {
     pub(super) frame: &'a Frame,
+    /// Place of the frame in the scene, counted from 1.
+    pub(super) number: usize,
     /// Width and height in pixels.
     pub(super) size: [u32; 2],
     /// Class of every pixel, row-major `[height, width]`, under the ids that are exported.
@@ -123,13 +124,15 @@ impl Labelled<'_> {
     /// Position of every pixel's class in [`Labelled::classes`], counted from 1, row-major `[height, width]`; 0 is void.
     ///
     /// # Errors
-    /// [`Refusal::UnlistedClass`].
+    /// A class that is not listed.
     pub(super) fn positions(&self) -> Result<Vec<u16>, Refusal> {
         let known = self.classes.iter().map(|class| class.id).zip(1..);
         let position_of: FxHashMap<ClassId, u16> = known.chain([(VOID, 0)]).collect();
         let position = |label: &ClassId| {
             let position = position_of.get(label).copied();
-            position.ok_or(Refusal::UnlistedClass(*label))
+            position.ok_or_else(|| {
+                format!("it shows class {label}, which is not in the list of classes; add it").into()
+            })
         };
         self.labels.iter().map(position).collect()
     }
@@ -138,7 +141,7 @@ impl Labelled<'_> {
     /// `[height, width]`; 0 is void. More than 65,535 do not fit, and are void.
     ///
     /// # Errors
-    /// [`Refusal::UnlistedClass`].
+    /// A class that is not listed.
     pub(super) fn segments(&self) -> Result<(Vec<Segment>, Vec<u16>), Refusal> {
         let positions = self.positions()?;
         let no_objects;
@@ -328,17 +331,14 @@ pub(super) trait Layout: Sync {
     type Entry: Send;
 
     /// The folders that its files are in.
-    fn folders(&self) -> &'static [&'static str];
-
+    const FOLDERS: &'static [&'static str];
     /// The folders of objects, where there are any.
-    fn object_folders(&self) -> &'static [&'static str] {
-        &[]
-    }
+    const OBJECT_FOLDERS: &'static [&'static str] = &[];
 
     /// Whether classes can be written like this; asked before anything is written.
     ///
     /// # Errors
-    /// [`Refusal::Format`].
+    /// Why they cannot.
     fn check(&self, _classes: &[Class]) -> Result<(), Refusal> {
         Ok(())
     }
@@ -369,15 +369,15 @@ pub(super) fn write<L: Layout>(
     options: &Options,
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason| ExportError::incomplete(folder, reason);
+    let incomplete = |reason: Refusal| ExportError::incomplete(folder, reason);
     let maps = in_order(labelled).map_err(incomplete)?;
     let ids = options.ids_of(labelled.classes);
     let classes = ids.classes();
     layout.check(classes).map_err(incomplete)?;
     let objects = Objects::of(labelled, &ids);
-    super::prepare(folder, layout.folders())?;
+    super::prepare(folder, L::FOLDERS)?;
     if objects.is_some() {
-        super::prepare(folder, layout.object_folders())?;
+        super::prepare(folder, L::OBJECT_FOLDERS)?;
     }
     super::withdraw_report(folder)?;
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -397,7 +397,9 @@ pub(super) fn write<L: Layout>(
         frame.pixels()?;
         let (written, entry) = exported(frame, (map, objects.as_ref()), &ids, options.least_probability)
             .and_then(|labelled| layout.frame(&labelled))
-            .map_err(|reason| incomplete(reason.of(format!("frame \"{}\"", frame.stem))))?;
+            .map_err(|reason| {
+                ExportError::incomplete(folder, format!("frame \"{}\": {reason}", frame.stem))
+            })?;
         write_files(written)?;
         let done = frames.fetch_add(1, Ordering::Relaxed) + 1;
         if progress(done, maps.len()).is_break() {
@@ -445,7 +447,9 @@ pub(super) fn exported<'a>(
     let map = map.in_image_with(frame, objects.and_then(|objects| objects.on_surface_of(map)));
     let mut labels = map.labels().into_owned();
     if let Some(least) = least_probability {
-        let confidence = map.confidence().ok_or(Refusal::NoProbabilities)?;
+        let confidence = map.confidence().ok_or(
+            "its probabilities are not known yet; wait until it was trained again, or export without a threshold",
+        )?;
         void_improbable(&mut labels, &confidence, least);
     }
     for label in &mut labels {
@@ -455,6 +459,7 @@ pub(super) fn exported<'a>(
     let known = known.map(|(objects, things)| objects.of_pixels(&labels, things));
     Ok(Labelled {
         frame,
+        number: map.frame + 1,
         size: [map.width, map.height],
         labels,
         entropy: map.entropy().into_owned(),
@@ -464,28 +469,24 @@ pub(super) fn exported<'a>(
     })
 }
 
-/// The maps in the order of the frames, if there is one of the right size for every frame, and a file name for
-/// each.
+/// The maps in the order of the frames, if there is one of the right size for every frame.
 fn in_order<'a>(labelled: LabelledScene<'a>) -> Result<Vec<&'a FrameMap>, Refusal> {
     let LabelledScene { scene, maps, .. } = labelled;
     let mut map_of: Vec<Option<&FrameMap>> = vec![None; scene.frames.len()];
     for map in maps {
         let Some(frame) = scene.frames.get(map.frame) else {
-            return Err(Refusal::NoSuchFrame(map.frame, scene.source.clone()));
+            let (number, source) = (map.frame, &scene.source);
+            return Err(format!("there is a map of frame {number}, which {source} does not have").into());
         };
         if map_of[map.frame].replace(map).is_some() {
-            return Err(Refusal::TwoMaps(frame.stem.clone()));
+            return Err(format!("there are two maps of frame \"{}\"", frame.stem).into());
         }
         if [map.width, map.height] != [frame.camera.width, frame.camera.height] {
-            return Err(Refusal::OtherSize(frame.stem.clone()));
+            let stem = &frame.stem;
+            return Err(format!("the map of frame \"{stem}\" has another size than the frame").into());
         }
     }
-    let mut names = HashSet::new();
-    let named = map_of.into_iter().zip(&scene.frames).map(|(map, frame)| {
-        if !names.insert(frame.stem.as_str()) {
-            return Err(Refusal::SameName(frame.stem.clone()));
-        }
-        map.ok_or_else(|| Refusal::NoMap(frame.stem.clone()))
-    });
-    named.collect()
+    let maps = map_of.into_iter().zip(&scene.frames);
+    maps.map(|(map, frame)| map.ok_or_else(|| format!("frame \"{}\" has no map yet", frame.stem).into()))
+        .collect()
 }

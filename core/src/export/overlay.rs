@@ -17,10 +17,7 @@ pub(super) struct Overlay;
 
 impl Layout for Overlay {
     type Entry = ();
-
-    fn folders(&self) -> &'static [&'static str] {
-        &["overlay"]
-    }
+    const FOLDERS: &'static [&'static str] = &["overlay"];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
         let [width, height] = frame.size;

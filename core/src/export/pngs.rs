@@ -74,14 +74,8 @@ pub const PNG_FOLDERS: [&str; 3] = ["labels", "entropy", "color"];
 
 impl Layout for Pngs {
     type Entry = ObjectPixels;
-
-    fn folders(&self) -> &'static [&'static str] {
-        &PNG_FOLDERS
-    }
-
-    fn object_folders(&self) -> &'static [&'static str] {
-        &[OBJECTS]
-    }
+    const FOLDERS: &'static [&'static str] = &PNG_FOLDERS;
+    const OBJECT_FOLDERS: &'static [&'static str] = &[OBJECTS];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;

@@ -18,7 +18,7 @@ pub(super) struct Polygon {
 /// this order, later ones over earlier ones, they are the label map. Void that no region encloses has none.
 ///
 /// # Errors
-/// [`Refusal::UnlistedClass`].
+/// A class that is not listed.
 pub(super) fn polygons(frame: &Labelled<'_>) -> Result<Vec<Polygon>, Refusal> {
     let (segments, places) = frame.segments()?;
     let [width, height] = frame.size;

@@ -65,14 +65,15 @@ pub(super) struct Shape<'a> {
 /// The surface of a labelled scene. What a vertex has besides its position is that of its voxel.
 ///
 /// # Errors
-/// [`Refusal::NoSurface`].
+/// Maps that follow from no surface.
 pub(super) fn shape<'a>(
     solid: Solid,
     labelled: LabelledScene<'a>,
     options: &Options,
 ) -> Result<Shape<'a>, Refusal> {
     let known = labelled.maps.first().and_then(|map| map.surface());
-    let (surface, posterior) = known.ok_or(Refusal::NoSurface)?;
+    let (surface, posterior) =
+        known.ok_or("the surface of the scene is not known; wait until it was trained again")?;
     let ids = options.ids_of(labelled.classes);
     let own_labels = labels(posterior, options);
     let objects = Objects::of(labelled, &ids);
@@ -117,7 +118,7 @@ pub(super) fn write(
     options: &Options,
     progress: &(dyn Fn(usize, usize) -> ControlFlow<()> + Sync),
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason| ExportError::incomplete(folder, reason);
+    let incomplete = |reason: Refusal| ExportError::incomplete(folder, reason);
     let shape = shape(solid, labelled, options).map_err(incomplete)?;
     let (classes, vertices) = (&shape.classes, &shape.vertices);
     let colors = colors_by_id(classes);

@@ -55,6 +55,7 @@ pub(super) fn labelled<'a>(
 ) -> Labelled<'a> {
     Labelled {
         frame: &scene.frames[0],
+        number: 1,
         size,
         entropy: Vec::new(),
         objects: None,

@@ -138,8 +138,6 @@ fn nothing_is_written_unless_there_is_one_map_for_every_frame_with_the_probabili
     refused(&two, Some(map(0, labels)), "two maps of frame \"rgb_0\"");
     refused(&two, Some(map(7, labels)), "frame 7");
     refused(&two, Some(Arc::new(small)), "another size");
-    let alike = scene(&["same", "same"]);
-    refused(&alike, Some(map(1, labels)), "two frames are named \"same\"");
     let options = Options {
         least_probability: Some(0.5),
         ..Options::default()

@@ -42,16 +42,18 @@ pub fn export_views(
     options: &Options,
     progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<Written, ExportError> {
-    let incomplete = |reason| ExportError::incomplete(folder, reason);
+    let incomplete = |reason: Refusal| ExportError::incomplete(folder, reason);
     let Views {
         scene, trajectory, ..
     } = views;
     let first = scene.frames.first().map(|frame| frame.camera);
     let Some(camera) = trajectory.camera.or(first) else {
-        return Err(incomplete(Refusal::NoCamera));
+        return Err(incomplete(
+            "the scene has no frame whose camera could be taken".into(),
+        ));
     };
     let ids = options.ids_of(views.classes);
-    let folders: Vec<&str> = [&["rgb", "depth"], Pngs.folders()].concat();
+    let folders: Vec<&str> = [&["rgb", "depth"], Pngs::FOLDERS].concat();
     super::prepare(folder, &folders)?;
     super::withdraw_report(folder)?;
     let mut written = Written::default();
@@ -65,7 +67,7 @@ pub fn export_views(
         let (frame, map) = rendered.map_err(|error| incomplete(error.into()))?;
         let files = exported(&frame, (&map, None), &ids, options.least_probability)
             .and_then(|labelled| files(&frame, &labelled))
-            .map_err(|reason| incomplete(reason.of(format!("view {number}"))))?;
+            .map_err(|reason| ExportError::incomplete(folder, format!("view {number}: {reason}")))?;
         files.iter().try_for_each(|file| written.write(folder, file))?;
         if progress(number + 1, total).is_break() && number + 1 < total {
             return Err(ExportError::cancelled(folder, number + 1, total));

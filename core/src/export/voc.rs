@@ -36,18 +36,15 @@ pub(super) struct Segmentations {
 
 impl Layout for Voc {
     type Entry = Segmentations;
-
-    fn folders(&self) -> &'static [&'static str] {
-        &[
-            "JPEGImages",
-            "SegmentationClass",
-            "SegmentationObject",
-            "ImageSets/Segmentation",
-        ]
-    }
+    const FOLDERS: &'static [&'static str] = &[
+        "JPEGImages",
+        "SegmentationClass",
+        "SegmentationObject",
+        "ImageSets/Segmentation",
+    ];
 
     fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
-        let refuse = |reason: String| Err(Refusal::Format(reason));
+        let refuse = |reason: String| Err(reason.into());
         if classes.len() > MOST_CLASSES {
             return refuse(format!(
                 "its images hold at most {MOST_CLASSES} classes, and there are {}; export another format",
@@ -75,23 +72,19 @@ impl Layout for Voc {
         let stem = frame.stem();
         if stem.starts_with('#') || stem.trim() != stem {
             let reason = "its name cannot stand in default.txt, where # starts a comment and blanks around a name are lost; rename its image";
-            return Err(Refusal::Format(reason.to_owned()));
+            return Err(reason.into());
         }
         let [width, height] = frame.size;
         let positions = frame.positions()?.into_iter().map(u8::try_from);
         let indices: Vec<u8> = positions.collect::<Result<_, _>>().map_err(|_| {
             let most = MOST_CLASSES;
-            Refusal::Format(format!(
-                "it shows more than {most} classes; export another format"
-            ))
+            format!("it shows more than {most} classes; export another format")
         })?;
         let (segments, places) = frame.segments()?;
         let places = places.into_iter().map(u8::try_from);
         let places: Vec<u8> = places.collect::<Result<_, _>>().map_err(|_| {
             let (shown, most) = (segments.len(), u8::MAX);
-            Refusal::Format(format!(
-                "it shows {shown} objects, and its images hold at most {most}; export another format"
-            ))
+            format!("it shows {shown} objects, and its images hold at most {most}; export another format")
         })?;
         let class_palette: Vec<[u8; 3]> = [[0; 3]]
             .into_iter()

@@ -18,10 +18,7 @@ pub(super) struct Yolo;
 
 impl Layout for Yolo {
     type Entry = ();
-
-    fn folders(&self) -> &'static [&'static str] {
-        &[IMAGES, LABELS]
-    }
+    const FOLDERS: &'static [&'static str] = &[IMAGES, LABELS];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
         let original = original(frame.frame, IMAGES)?;

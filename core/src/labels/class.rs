@@ -22,12 +22,13 @@ pub struct Class {
     pub thing: bool,
 }
 
-/// A class as it is written; those of earlier versions and of other programs do not say whether they are things.
+/// A class as it is written; those of earlier versions and of other programs do not say whether they are things, and some
+/// have no colour.
 #[derive(Deserialize)]
 struct ClassRecord {
     id: ClassId,
     name: String,
-    color: [u8; 3],
+    color: Option<[u8; 3]>,
     thing: Option<bool>,
 }
 
@@ -35,7 +36,7 @@ impl From<ClassRecord> for Class {
     fn from(record: ClassRecord) -> Self {
         Self {
             id: record.id,
-            color: record.color,
+            color: record.color.unwrap_or_else(|| default_color(record.id)),
             thing: record.thing.unwrap_or_else(|| is_thing(&record.name)),
             name: record.name,
         }
@@ -71,60 +72,15 @@ pub fn is_thing(name: &str) -> bool {
     let name = name.trim().to_lowercase();
     let word = name.split_whitespace().next_back().unwrap_or_default();
     let one = word.strip_suffix('s').unwrap_or(word);
-    !STUFF.contains(&word) && !STUFF.contains(&one)
+    !STUFF.split(' ').any(|stuff| stuff == word || stuff == one)
 }
 
 /// The last words of classes that are stuff: what rooms, streets and landscapes consist of.
-const STUFF: [&str; 48] = [
-    "background",
-    "baseboard",
-    "beach",
-    "building",
-    "carpet",
-    "ceiling",
-    "cloud",
-    "cornice",
-    "dirt",
-    "facade",
-    "floor",
-    "flooring",
-    "foliage",
-    "grass",
-    "gravel",
-    "ground",
-    "hill",
-    "ice",
-    "lake",
-    "lawn",
-    "moulding",
-    "molding",
-    "mountain",
-    "mud",
-    "outdoors",
-    "outside",
-    "pavement",
-    "podium",
-    "rail",
-    "river",
-    "road",
-    "roof",
-    "sand",
-    "sea",
-    "sidewalk",
-    "skirting",
-    "sky",
-    "snow",
-    "soil",
-    "stairs",
-    "street",
-    "stucco",
-    "terrain",
-    "tiles",
-    "vegetation",
-    "wall",
-    "wallpaper",
-    "water",
-];
+const STUFF: &str = "\
+    background baseboard beach building carpet ceiling cloud cornice dirt facade floor flooring foliage grass \
+    gravel ground hill ice lake lawn moulding molding mountain mud outdoors outside pavement podium rail river \
+    road roof sand sea sidewalk skirting sky snow soil stairs street stucco terrain tiles vegetation wall \
+    wallpaper water";
 
 /// The default colour of a class, sRGB: one of `DEFAULT_COLORS`, and beyond them hues by golden ratio at three
 /// values (HSV).
@@ -257,6 +213,11 @@ mod tests {
         let said = serde_json::json!({ "id": 1, "name": "wall", "color": [1, 2, 3], "thing": true });
         let class: Class = serde_json::from_value(said.clone()).unwrap();
         assert_eq!(serde_json::to_value(&class).unwrap(), said);
+        let bare = serde_json::json!({ "id": 2, "name": "door" });
+        assert_eq!(
+            serde_json::from_value::<Class>(bare).unwrap(),
+            Class::new(2, "door")
+        );
     }
 
     #[test]

@@ -12,27 +12,7 @@ use crate::scene::{Frame, Scene, shown};
 /// A strokes file that cannot be used; nothing of it is taken over.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {}", shown(.0.display()), .1)]
-pub struct StrokesError(PathBuf, StrokesProblem);
-
-/// What is wrong with a strokes file: part of a sentence. Strokes are counted from 1.
-#[derive(Debug, thiserror::Error)]
-pub enum StrokesProblem {
-    /// The file cannot be read.
-    #[error("cannot be read: {0}")]
-    Unreadable(#[from] std::io::Error),
-    /// The text is not JSON, or not of this form.
-    #[error("is not a strokes file: {}", shown(.0))]
-    Form(#[from] serde_json::Error),
-    /// Two classes have this id.
-    #[error("class {0} is listed twice; give each class its own id")]
-    ClassTwice(ClassId),
-    /// The object with this number cannot be used, for this reason.
-    #[error("object {} {}", .0, shown(.1))]
-    Object(u16, String),
-    /// The stroke with this number cannot be used, for this reason.
-    #[error("stroke {} {}", .0, shown(.1))]
-    Stroke(usize, String),
-}
+pub struct StrokesError(PathBuf, String);
 
 #[derive(Serialize, Deserialize)]
 struct StrokesFile {
@@ -59,7 +39,7 @@ struct StrokeRecord {
 /// An unreadable file, a class that is listed twice or not at all, an unknown frame, a point outside
 /// the image: a sentence that names it.
 pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError> {
-    let text = std::fs::read_to_string(path).map_err(StrokesProblem::from);
+    let text = std::fs::read_to_string(path).map_err(|error| format!("cannot be read: {error}"));
     text.and_then(|text| parse_strokes(&text, scene))
         .map_err(|problem| StrokesError(path.to_path_buf(), problem))
 }
@@ -67,26 +47,30 @@ pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError
 /// The strokes in the text of a strokes file for a scene.
 ///
 /// # Errors
-/// What [`read_strokes`] refuses.
-pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, StrokesProblem> {
-    let file: StrokesFile = serde_json::from_str(text)?;
+/// What [`read_strokes`] refuses: part of a sentence. Strokes are counted from 1.
+pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
+    let file = serde_json::from_str(text);
+    let file: StrokesFile = file.map_err(|error| format!("is not a strokes file: {}", shown(error)))?;
     let mut labels = LabelSet::default();
     for class in file.classes {
         if class.id == VOID {
             continue;
         }
         if labels.class(class.id).is_some() {
-            return Err(StrokesProblem::ClassTwice(class.id));
+            return Err(format!(
+                "class {} is listed twice; give each class its own id",
+                class.id
+            ));
         }
         labels.classes.push(class);
     }
     for object in file.objects {
         add_object(&mut labels, object)
-            .map_err(|(id, reason)| StrokesProblem::Object(id.number(), reason))?;
+            .map_err(|(id, reason)| shown(format_args!("object {} {reason}", id.number())))?;
     }
     for (number, record) in (1..).zip(file.strokes) {
         let (name, class) = (&record.frame, record.class);
-        let refuse = |reason: String| Err(StrokesProblem::Stroke(number, reason));
+        let refuse = |reason: String| Err(shown(format_args!("stroke {number} {reason}")));
         let Some(index) = scene.frame_index(name) else {
             return refuse(format!(
                 "names frame \"{name}\", which {} does not have",
@@ -285,7 +269,7 @@ mod tests {
             *file.pointer_mut(pointer).unwrap() = serde_json::from_str(value).unwrap();
             let reason = parse_strokes(&file.to_string(), &scene).unwrap_err();
             for part in parts {
-                assert!(reason.to_string().contains(part), "{pointer} = {value}: {reason}");
+                assert!(reason.contains(part), "{pointer} = {value}: {reason}");
             }
         }
     }
@@ -310,13 +294,13 @@ mod tests {
             (click(0, 1), "class 0"),
             (click(2, 0), "nonzero"),
         ] {
-            let reason = parse(&[stroke]).unwrap_err().to_string();
+            let reason = parse(&[stroke]).unwrap_err();
             assert!(reason.contains(part), "{reason}");
         }
         labels.classes[1].thing = false;
         let stuff = parse_strokes(&strokes_json(&labels, &scene.frames), &scene).unwrap();
         assert!(stuff.objects.is_empty() && stuff.strokes.len() == 3, "{stuff:?}");
-        let reason = parse(&[click(2, 7), click(1, 7)]).unwrap_err().to_string();
+        let reason = parse(&[click(2, 7), click(1, 7)]).unwrap_err();
         assert!(
             reason.contains("stroke 2 is of class 1, and its object 7 of class 2"),
             "{reason}"

@@ -146,6 +146,12 @@ impl History {
     }
 }
 
+/// The next id above all used ones, or the smallest unused one where the highest is in use; `None` where all are.
+fn unused(used: &BTreeSet<u16>) -> Option<u16> {
+    let next = used.last().map_or(Some(1), |highest| highest.checked_add(1));
+    next.or_else(|| (1..=u16::MAX).find(|id| !used.contains(id)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -179,7 +185,7 @@ mod tests {
         states.push(history.labels().clone());
         history.add_stroke(Stroke::click(3, floor, [2, 2]));
         states.push(history.labels().clone());
-        history.erase(0, &[[1, 1]], 1).unwrap();
+        history.erase_where(0, &[[1, 1]], 1, |_| true).unwrap();
         states.push(history.labels().clone());
         history.merge_class(floor, wall).unwrap();
         states.push(history.labels().clone());

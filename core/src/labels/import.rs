@@ -13,12 +13,12 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use self::image::{LabelImage, LabelImageError};
+use self::image::LabelImage;
 use self::objects::ObjectList;
-use self::probabilities::{Array, ProbabilitiesError};
-use super::palette::{ClassListError, parse_class_list, parse_with_void};
+use self::probabilities::Array;
+use super::palette::{parse_class_list, parse_with_void};
 use super::{Class, ClassId, ImportedLabels, ImportedMap, Label, Object, ObjectId, Trust, VOID};
-use crate::scene::{Frame, Scene, sampled, shown};
+use crate::scene::{Frame, Scene, has_proportions, sampled, shown};
 
 /// Cells with probabilities that are kept of all frames together, 12 bytes each: more than a thousand frames of 640 x
 /// 480 at a quarter of their size have.
@@ -365,7 +365,7 @@ impl Reading<'_> {
                 ImportError::new(path, reason)
             }),
         };
-        let numbers = placed(frame, size, &numbers);
+        let numbers = in_frame(frame, size, &numbers);
         let labels: Result<Vec<Label>, ImportError> = numbers.iter().zip(&said.labels()).map(label).collect();
         Ok(ImportedMap::with_objects(index, &labels?))
     }
@@ -377,10 +377,10 @@ impl Reading<'_> {
                 .map_err(|error| ImportError::new(path, error));
         }
         let (size, labels) = image(path, frame, |image| image.classes(self.meaning))?;
-        Ok(ImportedMap::new(index, &placed(frame, size, &labels)))
+        Ok(ImportedMap::new(index, &in_frame(frame, size, &labels)))
     }
 
-    fn array(&self, path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, ProbabilitiesError> {
+    fn array(&self, path: &Path, index: usize, frame: &Frame) -> Result<ImportedMap, String> {
         let array = Array::read(path, frame, self.meaning.listed.as_ref())?;
         if !self.trust.is_right() {
             let kept = array.on_grid(frame, self.most_cells)?;
@@ -388,7 +388,7 @@ impl Reading<'_> {
         }
         Ok(ImportedMap::new(
             index,
-            &placed(frame, array.size(), &array.labels()?),
+            &in_frame(frame, array.size(), &array.labels()?),
         ))
     }
 }
@@ -397,12 +397,12 @@ impl Reading<'_> {
 fn image(
     path: &Path,
     frame: &Frame,
-    read: impl FnOnce(&LabelImage) -> Result<Vec<u16>, LabelImageError>,
+    read: impl FnOnce(&LabelImage) -> Result<Vec<u16>, String>,
 ) -> Result<([u32; 2], Vec<u16>), ImportError> {
     let bytes = fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
     let image = LabelImage::decode(&bytes).map_err(|error| ImportError::new(path, error))?;
     let size = [frame.image().width, frame.image().height];
-    if !same_aspect(image.size, size) {
+    if !has_proportions(image.size, size) {
         return Err(ImportError::new(
             path,
             format!(
@@ -415,9 +415,9 @@ fn image(
     Ok((image.size, values))
 }
 
-/// Labels of an image of any size in the frame's own pixels, both row-major. Pixels that the image does not reach or that
-/// are hidden are void, and where the image is smaller, those that are in the middle of none of its own.
-fn placed(frame: &Frame, size: [u32; 2], labels: &[ClassId]) -> Vec<ClassId> {
+/// Labels of an image of this width and height in the frame's own pixels, both row-major. Pixels that the image does not
+/// reach or that are hidden are void, and where the image is smaller, those that are in the middle of none of its own.
+pub fn in_frame(frame: &Frame, size: [u32; 2], labels: &[ClassId]) -> Vec<ClassId> {
     let (own, image) = (&frame.camera, frame.image());
     let on_disk = [image.width, image.height];
     let at = |pixel: u32| {
@@ -442,18 +442,6 @@ fn placed(frame: &Frame, size: [u32; 2], labels: &[ClassId]) -> Vec<ClassId> {
     placed
 }
 
-/// Whether two sizes differ in scale alone, as far as whole pixels allow.
-fn same_aspect(a: [u32; 2], b: [u32; 2]) -> bool {
-    let [aw, ah, bw, bh] = [a[0], a[1], b[0], b[1]].map(i64::from);
-    aw > 0 && ah > 0 && (aw * bh - ah * bw).abs() < bw.max(bh)
-}
-
-/// The labels of the frame's image on disk in the frame's own pixels, both row-major: the same where no lens
-/// bends lines. Pixels that the image does not reach or that are hidden are void.
-pub fn in_frame(frame: &Frame, image: &[ClassId]) -> Vec<ClassId> {
-    placed(frame, [frame.image().width, frame.image().height], image)
-}
-
 /// Reads `classes.json`, a list of `{"id", "name", "color"}`; void is left out, and a class without a colour gets one.
 ///
 /// # Errors
@@ -463,8 +451,8 @@ pub fn read_class_list(path: &Path) -> Result<Vec<Class>, ImportError> {
 }
 
 /// What `parse` finds in the text of a class list.
-fn parsed<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, ClassListError>) -> Result<T, ImportError> {
-    let text = fs::read_to_string(path).map_err(ClassListError::from);
+fn parsed<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, String>) -> Result<T, ImportError> {
+    let text = fs::read_to_string(path).map_err(|error| error.to_string());
     text.and_then(|text| parse(&text)).map_err(|error| {
         let expected = "it must hold [{\"id\": 1, \"name\": \"wall\"}, ...]";
         ImportError::new(path, format!("cannot be used: {error}; {expected}"))

@@ -1,9 +1,7 @@
 //! The class lists of well-known data sets, to start from. Names and numbers are those of the data sets, so that
 //! exports can be compared with them.
 
-use serde::Deserialize;
-
-use super::{Class, ClassId, VOID};
+use super::{Class, VOID};
 
 /// The classes of a data set.
 #[derive(Debug, PartialEq, Eq)]
@@ -51,61 +49,31 @@ impl ClassPalette {
     }
 }
 
-/// Why a class list cannot be used: part of a sentence.
-#[derive(Debug, thiserror::Error)]
-pub enum ClassListError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Unreadable(#[from] std::io::Error),
-    /// The text is no list of classes.
-    #[error(transparent)]
-    NoList(#[from] serde_json::Error),
-    /// Two classes have this id.
-    #[error("class {0} is listed twice")]
-    Twice(ClassId),
-    /// The class with this id has no name.
-    #[error("class {0} has no name")]
-    NoName(ClassId),
-}
-
-#[derive(Deserialize)]
-struct ClassRecord {
-    id: ClassId,
-    name: String,
-    color: Option<[u8; 3]>,
-    thing: Option<bool>,
-}
-
 /// Reads the text of a class list, `[{"id", "name", "color", "thing"}]`; void is left out, and a class without a colour gets
 /// its default one, one that does not say whether it is a thing is so [by its name](super::is_thing).
 ///
 /// # Errors
-/// No such list, or a class that is listed twice or has no name.
-pub fn parse_class_list(text: &str) -> Result<Vec<Class>, ClassListError> {
+/// No such list, or a class that is listed twice or has no name: part of a sentence.
+pub fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
     let mut classes = parse_with_void(text)?;
     classes.retain(|class| class.id != VOID);
     Ok(classes)
 }
 
 /// The same with void, where it is listed.
-pub(super) fn parse_with_void(text: &str) -> Result<Vec<Class>, ClassListError> {
-    let records: Vec<ClassRecord> = serde_json::from_str(text)?;
+pub(super) fn parse_with_void(text: &str) -> Result<Vec<Class>, String> {
+    let mut classes: Vec<Class> = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let mut ids = std::collections::BTreeSet::new();
-    let class = |record: ClassRecord| {
-        if !ids.insert(record.id) {
-            return Err(ClassListError::Twice(record.id));
+    for class in &mut classes {
+        if !ids.insert(class.id) {
+            return Err(format!("class {} is listed twice", class.id));
         }
-        if record.name.trim().is_empty() {
-            return Err(ClassListError::NoName(record.id));
+        class.name = class.name.trim().to_owned();
+        if class.name.is_empty() {
+            return Err(format!("class {} has no name", class.id));
         }
-        let plain = Class::new(record.id, record.name.trim());
-        Ok(Class {
-            color: record.color.unwrap_or(plain.color),
-            thing: record.thing.unwrap_or(plain.thing),
-            ..plain
-        })
-    };
-    records.into_iter().map(class).collect()
+    }
+    Ok(classes)
 }
 
 #[cfg(test)]

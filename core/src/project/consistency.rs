@@ -1,14 +1,14 @@
 //! Whether strokes, classes and edits say the same: most of what a person said is in the file twice.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::contents::some_names;
 use super::error::Fault;
-use crate::labels::{CheckChange, Class, Edit, History, ImportId, LabelSet, Object, Stroke, StrokeId};
+use crate::labels::{Edit, History, LabelSet, Stroke, StrokeId};
 use crate::scene::LARGEST_SIDE;
 
-/// Where labels and edits contradict each other, or edits one another. None do in a file that was only written here.
+/// Where labels and edits contradict each other. They do not in a file that was only written here.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Doubts {
     strokes: BTreeSet<StrokeId>,
@@ -19,22 +19,27 @@ pub(super) struct Doubts {
 }
 
 impl Doubts {
-    /// Follows every stroke, the classes and the imported images through the edits.
+    /// Compares the labels with those that the edits lead to: taken back to the first, done to the last, and taken back as
+    /// far as they are undone.
     pub(super) fn of(history: &History) -> Self {
+        let mut replayed = history.clone();
+        while replayed.undo().is_some() {}
+        while replayed.redo().is_some() {}
         let (edits, cursor) = history.edits();
-        let in_force = history.imports().1;
-        let mut doubts = Self::default();
-        let mut known = States::default();
-        for (number, edit) in edits.iter().enumerate() {
-            if number == cursor {
-                known.meet_present(history.labels(), in_force, &mut doubts);
-            }
-            known.follow(edit, &mut doubts);
+        for _ in cursor..edits.len() {
+            replayed.undo();
         }
-        if cursor == edits.len() {
-            known.meet_present(history.labels(), in_force, &mut doubts);
+        let (own, other) = (history.labels(), replayed.labels());
+        let strokes = own.strokes.keys().chain(other.strokes.keys()).copied();
+        Self {
+            strokes: strokes
+                .filter(|id| own.strokes.get(id) != other.strokes.get(id))
+                .collect(),
+            classes: own.classes != other.classes,
+            objects: own.objects != other.objects,
+            imported: history.imports().1 != replayed.imports().1,
+            checked: own.checked != other.checked,
         }
-        doubts
     }
 
     /// A warning about the file at `path`, where there is a doubt; `stems` are the names of its frames.
@@ -70,62 +75,6 @@ impl Doubts {
                 parts.join(" and ")
             )
         })
-    }
-}
-
-/// What is known of the labels after some of the edits.
-#[derive(Default)]
-struct States<'a> {
-    strokes: BTreeMap<StrokeId, Option<&'a Stroke>>,
-    classes: Option<&'a [Class]>,
-    objects: Option<&'a [Object]>,
-    imported: Option<Option<ImportId>>,
-    checked: BTreeMap<usize, bool>,
-}
-
-impl<'a> States<'a> {
-    fn follow(&mut self, edit: &'a Edit, doubts: &mut Doubts) {
-        for change in &edit.strokes {
-            let before = self.strokes.insert(change.id, change.after.as_ref());
-            if before.is_some_and(|before| before != change.before.as_ref()) {
-                doubts.strokes.insert(change.id);
-            }
-        }
-        if let Some((before, after)) = &edit.classes {
-            doubts.classes |= self.classes.replace(after).is_some_and(|known| known != before);
-        }
-        if let Some((before, after)) = &edit.objects {
-            doubts.objects |= self.objects.replace(after).is_some_and(|known| known != before);
-        }
-        if let Some(change) = &edit.imported {
-            let known = self.imported.replace(change.after);
-            doubts.imported |= known.is_some_and(|known| known != change.before);
-        }
-        if let Some(CheckChange { frame, after }) = edit.checked {
-            doubts.checked |= self.checked.insert(frame, after) == Some(after);
-        }
-    }
-
-    /// Compares with the labels in force, and takes them for known from here on.
-    fn meet_present(&mut self, labels: &'a LabelSet, in_force: Option<ImportId>, doubts: &mut Doubts) {
-        for (&id, state) in &self.strokes {
-            if *state != labels.strokes.get(&id).map(AsRef::as_ref) {
-                doubts.strokes.insert(id);
-            }
-        }
-        doubts.classes |= self.classes.is_some_and(|classes| classes != labels.classes);
-        doubts.objects |= self.objects.is_some_and(|objects| objects != labels.objects);
-        doubts.imported |= self.imported.is_some_and(|imported| imported != in_force);
-        let differs = |(frame, &after): (&usize, &bool)| labels.checked.contains(frame) != after;
-        doubts.checked |= self.checked.iter().any(differs);
-        let present = labels.strokes.iter();
-        self.strokes
-            .extend(present.map(|(&id, stroke)| (id, Some(stroke.as_ref()))));
-        self.classes = Some(&labels.classes);
-        self.objects = Some(&labels.objects);
-        self.imported = Some(in_force);
-        self.checked
-            .extend(labels.checked.iter().map(|&frame| (frame, true)));
     }
 }
 

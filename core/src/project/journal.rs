@@ -95,22 +95,11 @@ impl Journal {
         self.send(Message::View(json));
     }
 
-    /// Saves under another name and goes on in that file. Answered by [`JournalEvent::Saved`] or
-    /// [`JournalEvent::Failed`], which changes nothing.
-    pub fn save_as(&self, path: PathBuf) {
-        self.send(Message::SaveAs(SaveAs {
-            path,
-            remove_old: false,
-        }));
-    }
-
-    /// Like [`Journal::save_as`], and removes the old file: for work that had no name yet
-    /// ([`autosave_path`](super::autosave_path)).
-    pub fn move_to(&self, path: PathBuf) {
-        self.send(Message::SaveAs(SaveAs {
-            path,
-            remove_old: true,
-        }));
+    /// Saves under another name and goes on in that file; `remove_old` is for work that had no name yet
+    /// ([`autosave_path`](super::autosave_path)). Answered by [`JournalEvent::Saved`] or [`JournalEvent::Failed`], which
+    /// changes nothing.
+    pub fn save_as(&self, path: PathBuf, remove_old: bool) {
+        self.send(Message::SaveAs(SaveAs { path, remove_old }));
     }
 
     /// What the journal tells, oldest first.

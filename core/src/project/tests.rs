@@ -239,7 +239,7 @@ fn a_full_disk_is_a_sentence_and_leaves_the_file_as_it_was() {
     let error = project.record(&[Step::Do(edit)]).unwrap_err().to_string();
     assert!(error.contains("the disk is full"), "{error}");
     limit(&project, 1_000_000);
-    project.rewrite(&contents.scene, &contents.history).unwrap();
+    project.rewrite(&contents.scene, &contents.history, "").unwrap();
     drop(project);
     assert_same(&Project::open(&path).unwrap().1, &contents);
 }

@@ -12,7 +12,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use super::backups::Backups;
 use super::contents::Pending;
 use super::location::{backups_folder, same_file};
-use super::{Contents, Project, ProjectError, SceneRecord, Step};
+use super::{Contents, FORGET_MAPS, FORGET_RESULTS, Project, ProjectError, SceneRecord, Step};
 use crate::TOLD;
 use crate::labels::History;
 use crate::session::{FrameMap, ModelState};
@@ -26,8 +26,7 @@ const PIECE_PIXELS: usize = 1 << 20;
 /// What the journal tells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum JournalEvent {
-    /// [`save_as`](super::Journal::save_as) or [`move_to`](super::Journal::move_to) is done; the journal goes on in
-    /// this file.
+    /// [`save_as`](super::Journal::save_as) is done; the journal goes on in this file.
     Saved {
         /// The new file.
         path: PathBuf,
@@ -226,20 +225,23 @@ impl Writer {
     }
 
     fn write_history(&mut self) -> Result<(), ProjectError> {
+        if self.rewrite.is_none() {
+            return self.project.record(&self.steps);
+        }
+        if !self.project.path().exists() {
+            self.project = Project::create(self.project.path(), &self.contents())?;
+            return Ok(());
+        }
+        let outdated = self.outdated();
+        self.project.rewrite(&self.scene, &self.history, outdated)
+    }
+
+    /// SQL that forgets the results in the file that do not follow from what is written anew.
+    fn outdated(&self) -> &'static str {
         match self.rewrite {
-            None => self.project.record(&self.steps),
-            Some(pending) => {
-                if !self.project.path().exists() {
-                    self.project = Project::create(self.project.path(), &self.contents())?;
-                    return Ok(());
-                }
-                if pending == Pending::All {
-                    self.project.forget_results()?;
-                } else if !self.steps.is_empty() {
-                    self.project.forget_maps()?;
-                }
-                self.project.rewrite(&self.scene, &self.history)
-            }
+            Some(Pending::All) => FORGET_RESULTS,
+            _ if !self.steps.is_empty() => FORGET_MAPS,
+            _ => "",
         }
     }
 
@@ -296,7 +298,7 @@ impl Writer {
         match self.project.copy_to(path) {
             Ok(mut copy) => {
                 if self.rewrite.is_some() {
-                    copy.rewrite(&self.scene, &self.history)?;
+                    copy.rewrite(&self.scene, &self.history, self.outdated())?;
                 }
                 Ok(Some(copy))
             }

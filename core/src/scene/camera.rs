@@ -3,7 +3,7 @@
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 
 use super::LARGEST_SIDE;
-use super::error::{CameraError, PoseError};
+use super::error::NOT_FINITE;
 use super::pixel_errors::median;
 
 /// Longest side of the box around the cameras of a capture that is scaled by them, in metres.
@@ -56,9 +56,12 @@ impl Camera {
     ///
     /// # Errors
     /// What is wrong with these values.
-    pub(super) fn checked(size: [u32; 2], intrinsics: [f64; 4]) -> Result<Self, CameraError> {
+    pub(super) fn checked(size: [u32; 2], intrinsics: [f64; 4]) -> Result<Self, String> {
         let camera = Self::new(size, intrinsics.map(|value| value as f32));
-        camera.problem().map_or(Ok(camera), Err)
+        match camera.problem() {
+            None => Ok(camera),
+            Some(problem) => Err(problem.to_owned()),
+        }
     }
 
     /// A camera with square pixels, a centred principal point and the given horizontal field of view.
@@ -130,9 +133,8 @@ impl Camera {
     /// The same view as an image of another width and height in pixels; `None` for other proportions, as of a part of
     /// it, beyond the pixel that rounding may cost.
     pub fn resized(&self, width: u32, height: u32) -> Option<Self> {
-        let across = u64::from(self.height) * u64::from(width);
-        let down = u64::from(height) * u64::from(self.width);
-        (across.abs_diff(down) < u64::from(self.width)).then(|| self.stretched(width, height))
+        let is_whole = has_proportions([width, height], [self.width, self.height]);
+        is_whole.then(|| self.stretched(width, height))
     }
 
     /// The camera of images that were stretched to this width and height in pixels, each axis by itself.
@@ -148,20 +150,20 @@ impl Camera {
         Self::new(size, [self.fx * x, self.fy * y, self.cx * x, self.cy * y])
     }
 
-    /// What is wrong with these intrinsics, if anything.
-    pub fn problem(&self) -> Option<CameraError> {
+    /// What is wrong with these intrinsics, if anything: part of a sentence.
+    pub fn problem(&self) -> Option<&'static str> {
         let values = [self.fx, self.fy, self.cx, self.cy];
         if self.width == 0 || self.height == 0 {
-            Some(CameraError::NoPixels)
+            Some("the image size is zero")
         } else if values.iter().any(|v| !v.is_finite()) {
-            Some(CameraError::NotFinite)
+            Some("a value is not a finite number")
         } else if self.fx <= 0.0 || self.fy <= 0.0 {
-            Some(CameraError::Focal)
+            Some("a focal length is zero or negative")
         } else {
             let corners = [(0, 0), (self.width - 1, self.height - 1)];
             let directions = corners.map(|(column, row)| self.pixel_direction(column, row));
             let is_too_wide = directions.iter().any(|d| d.abs().max_element() > WIDEST);
-            is_too_wide.then_some(CameraError::TooWide)
+            is_too_wide.then_some("it looks farther to a side than a pinhole camera can")
         }
     }
 }
@@ -184,6 +186,14 @@ impl Viewpoint {
     }
 }
 
+/// Whether an image of this width and height in pixels can show the same as one of that size: their proportions differ by
+/// less than the pixel that rounding may cost.
+pub(crate) fn has_proportions(size: [u32; 2], that: [u32; 2]) -> bool {
+    let [[width, height], [own_width, own_height]] = [size, that].map(|size| size.map(u64::from));
+    let difference = (width * own_height).abs_diff(height * own_width);
+    !size.contains(&0) && difference < own_width.max(own_height)
+}
+
 /// Of `to` pixels along an axis the one over the centre of pixel `at` of `from`.
 pub(crate) fn sampled(at: u32, from: u32, to: u32) -> u32 {
     let place = (2 * u64::from(at) + 1) * u64::from(to) / (2 * u64::from(from));
@@ -197,18 +207,18 @@ pub fn image_size(size: [f64; 2]) -> Option<[u32; 2]> {
 }
 
 /// A camera-to-world matrix, which must be finite and rigid; or what is wrong with it.
-pub fn rigid(camera_to_world: DAffine3) -> Result<DAffine3, PoseError> {
+pub fn rigid(camera_to_world: DAffine3) -> Result<DAffine3, &'static str> {
     if !camera_to_world.is_finite() {
-        return Err(PoseError::NotFinite);
+        return Err(NOT_FINITE);
     }
     if camera_to_world.translation.abs().max_element() > FARTHEST {
-        return Err(PoseError::TooFar);
+        return Err("its position is too far from zero");
     }
     let rotation = camera_to_world.matrix3;
     let deviation = rotation.transpose() * rotation - DMat3::IDENTITY;
     let is_orthonormal = deviation.to_cols_array().iter().all(|v| v.abs() <= 1e-2);
     if !is_orthonormal || rotation.determinant() < 0.0 {
-        return Err(PoseError::NotRigid);
+        return Err("its rotation part is not a rotation");
     }
     Ok(camera_to_world)
 }
@@ -260,6 +270,11 @@ mod tests {
         assert!(camera.resized(213, 160).is_some());
         assert_eq!(camera.resized(1296, 968), None);
         assert_eq!(camera.resized(480, 640), None);
+        for (size, rounded) in [([1920, 1080], [275, 154]), ([1080, 1920], [154, 275])] {
+            assert!(has_proportions(rounded, size), "{size:?}");
+            assert!(!has_proportions([150, 150], size), "{size:?}");
+            assert!(!has_proportions([1, 0], size), "{size:?}");
+        }
     }
 
     #[test]

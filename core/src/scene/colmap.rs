@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DQuat};
 
 use super::camera::{FARTHEST, median_position, rigid, unit_of_cameras};
-use super::error::{PoseError, refuse};
+use super::error::{NO_QUATERNION, refuse};
 use super::files::{check_name, file_name, frame_names, leave_out};
 use super::formats::Format;
 use super::images::ImageFile;
@@ -266,11 +266,11 @@ fn find_mask(folder: &Path, image: &str) -> Option<PathBuf> {
 }
 
 /// The pose of an image, or what is wrong with it.
-fn camera_to_world(image: &ModelImage) -> Result<DAffine3, PoseError> {
+fn camera_to_world(image: &ModelImage) -> Result<DAffine3, &'static str> {
     let [w, x, y, z] = image.rotation;
     let rotation = DQuat::from_xyzw(x, y, z, w);
     if !rotation.is_finite() || rotation.length() < 1e-6 {
-        return Err(PoseError::Quaternion);
+        return Err(NO_QUATERNION);
     }
     let world_to_camera = DMat3::from_quat(rotation.normalize());
     let rotation = world_to_camera.transpose();

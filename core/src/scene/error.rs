@@ -80,51 +80,10 @@ pub enum ImageError {
     Misfit(&'static str),
 }
 
-/// Why intrinsics cannot be used, or none are known: part of a sentence.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum CameraError {
-    /// The width or the height is zero.
-    #[error("the image size is zero")]
-    NoPixels,
-    /// A value is infinite or not a number.
-    #[error("a value is not a finite number")]
-    NotFinite,
-    /// A focal length is zero or negative.
-    #[error("a focal length is zero or negative")]
-    Focal,
-    /// A corner of the image is farther from the optical axis than any pinhole camera sees.
-    #[error("it looks farther to a side than a pinhole camera can")]
-    TooWide,
-    /// No image has this width and height.
-    #[error("{0} x {1} is not an image size in pixels")]
-    Size(u64, u64),
-    /// A coefficient of the distortion is infinite or not a number.
-    #[error("its distortion is not finite")]
-    Distortion,
-    /// The distortion bends the image so much that no pinhole camera can take its place.
-    #[error("its distortion cannot be undone")]
-    Bent,
-    /// The capture does not give a camera that can be used; the sentence says what to do.
-    #[error("{0}")]
-    NotGiven(String),
-}
-
-/// Why a camera-to-world matrix cannot be used: part of a sentence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum PoseError {
-    #[error("it holds a value that is not a finite number")]
-    NotFinite,
-    #[error("its position is too far from zero")]
-    TooFar,
-    #[error("its rotation part is not a rotation")]
-    NotRigid,
-    #[error("its quaternion is not a rotation")]
-    Quaternion,
-    #[error("its last row is not 0 0 0 1")]
-    LastRow,
-    #[error("it is not a matrix of 4 x 4 numbers")]
-    Shape,
-}
+/// Why a camera-to-world matrix cannot be used, as several formats say it: part of a sentence.
+pub(super) const NOT_FINITE: &str = "it holds a value that is not a finite number";
+pub(super) const NO_QUATERNION: &str = "its quaternion is not a rotation";
+pub(super) const LAST_ROW: &str = "its last row is not 0 0 0 1";
 
 /// A text for people that repeats what files call things: names may hold line breaks and what steers a terminal,
 /// each of which becomes a replacement character.

@@ -144,8 +144,7 @@ pub(super) fn numbered_files(
         if !wanted || name.starts_with('.') {
             continue;
         }
-        let number = frame_number(&stem(&path)).and_then(|number| usize::try_from(number).ok());
-        let Some(number) = number else {
+        let Some(number) = frame_number(&stem(&path)) else {
             unnumbered.push(name);
             continue;
         };

@@ -1,11 +1,11 @@
 //! Where the label images of a capture lie; what they hold is not read here.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::SceneError;
-use super::error::{refusal, refuse};
+use super::error::refuse;
+use super::files::numbered_files;
 
 /// Folders of label images; the first that a capture has counts. The latter two are ScanNet's.
 const FOLDERS: [&str; 3] = ["semantic_class", "label-filt", "label"];
@@ -15,7 +15,7 @@ const FOLDERS: [&str; 3] = ["semantic_class", "label-filt", "label"];
 ///
 /// # Errors
 /// A capture without label images, or with two of one frame number.
-pub fn label_images(capture: &Path) -> Result<BTreeMap<u64, PathBuf>, SceneError> {
+pub fn label_images(capture: &Path) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
     let places = FOLDERS.map(|name| capture.join(name));
     numbered_images(places.iter().find(|place| place.is_dir()).unwrap_or(&places[0]))
 }
@@ -24,40 +24,23 @@ pub fn label_images(capture: &Path) -> Result<BTreeMap<u64, PathBuf>, SceneError
 ///
 /// # Errors
 /// A folder without such images, or with two of one number.
-pub fn numbered_images(folder: &Path) -> Result<BTreeMap<u64, PathBuf>, SceneError> {
-    let missing = |error: std::io::Error| {
-        refusal!(
-            folder,
-            "no ground truth: {error}; measure on a capture that has label images"
-        )
+pub fn numbered_images(folder: &Path) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
+    let images = match folder.is_dir() {
+        true => numbered_files(folder, &["png"], &mut Vec::new())?,
+        false => BTreeMap::new(),
     };
-    let mut images: BTreeMap<u64, PathBuf> = BTreeMap::new();
-    for entry in fs::read_dir(folder).map_err(missing)? {
-        let path = entry.map_err(missing)?.path();
-        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let Some(number) = frame_number(&stem).filter(|_| is_png) else {
-            continue;
-        };
-        if let Some(other) = images.insert(number, path.clone()) {
-            refuse!(
-                path,
-                "is for frame {number}, and so is {}; remove one",
-                other.display()
-            );
-        }
-    }
     if images.is_empty() {
         refuse!(
             folder,
-            "has no PNGs with a frame number at the end of their names; measure on a capture that has label images"
+            "no ground truth: there are no PNGs with a frame number at the end of their names; measure on a capture that \
+             has label images"
         );
     }
     Ok(images)
 }
 
 /// The number at the end of a frame's stem: 12 for `rgb_12`.
-pub fn frame_number(stem: &str) -> Option<u64> {
+pub fn frame_number(stem: &str) -> Option<usize> {
     let rest = stem.trim_end_matches(|c: char| c.is_ascii_digit());
     stem[rest.len()..].parse().ok()
 }
@@ -65,6 +48,7 @@ pub fn frame_number(stem: &str) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn label_images_are_found_by_their_last_number_and_scannets_where_there_are_no_others() {
@@ -79,7 +63,7 @@ mod tests {
             assert_eq!(numbers().unwrap(), [number]);
         }
         fs::create_dir(&folder).unwrap();
-        assert!(refusal().contains("has no PNGs"));
+        assert!(refusal().contains("there are no PNGs"));
         fs::write(folder.join("semantic_class_12.png"), "an image").unwrap();
         fs::write(folder.join("semantic_class_2.png"), "an image").unwrap();
         for other in ["legend.png", "7_legend.png", "9999999999999999999999.png"] {
@@ -87,6 +71,6 @@ mod tests {
         }
         assert_eq!(numbers().unwrap(), [2, 12]);
         fs::copy(folder.join("legend.png"), folder.join("0002.png")).unwrap();
-        assert!(refusal().contains("frame 2"));
+        assert!(refusal().contains("the same number"));
     }
 }

@@ -1,7 +1,6 @@
 //! Lenses that bend straight lines, and the pinhole camera that takes their place.
 
 use super::camera::image_size;
-use super::error::CameraError;
 use super::{Camera, ColorImage};
 
 /// Steps of Newton's method before a position counts as having no origin.
@@ -215,12 +214,13 @@ impl Lens {
         [width, height]: [u64; 2],
         intrinsics: [f64; 4],
         distortion: Distortion,
-    ) -> Result<(Self, Camera), CameraError> {
-        let size =
-            image_size([width, height].map(|side| side as f64)).ok_or(CameraError::Size(width, height))?;
+    ) -> Result<(Self, Camera), String> {
+        let Some(size) = image_size([width, height].map(|side| side as f64)) else {
+            return Err(format!("{width} x {height} is not an image size in pixels"));
+        };
         let image = Camera::checked(size, intrinsics)?;
         if !distortion.is_finite() {
-            return Err(CameraError::Distortion);
+            return Err("its distortion is not finite".to_owned());
         }
         let lens = Self { image, distortion };
         if distortion.is_none() {
@@ -229,7 +229,7 @@ impl Lens {
         lens.pinhole()
             .filter(|pinhole| pinhole.problem().is_none())
             .map(|pinhole| (lens, pinhole))
-            .ok_or(CameraError::Bent)
+            .ok_or_else(|| "its distortion cannot be undone".to_owned())
     }
 
     /// The pinhole camera that shows all of the image at the same focal length, as far as it has at most

@@ -137,11 +137,6 @@ impl From<Pixels> for FramePixels {
 }
 
 impl FramePixels {
-    /// Pixels that stay in memory.
-    pub fn new(color: ColorImage, depth: Option<DepthMap>) -> Self {
-        Pixels::new(color, depth).into()
-    }
-
     /// Pixels that do not, with the [`coverage`](Self::coverage) of their depth and the number of hidden ones.
     pub(super) fn on_disk(coverage: Option<f32>, hidden: usize, place: OnDisk) -> Self {
         Self {

@@ -187,20 +187,21 @@ pub(super) struct Unusable<'a> {
     pub depth: &'a str,
 }
 
-/// The frames that were read, if most images and most depth images can be used; of the others there are warnings.
+/// The frames that were read, with what was seen in them, if most images and most depth images can be used; of the others
+/// there are warnings.
 pub(super) fn keep_usable<T>(
     listed: &[Listed],
     read: Vec<Result<ReadFrame<T>, ImageError>>,
     said: &Unusable,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Frame>, SceneError> {
+) -> Result<Vec<(Frame, T)>, SceneError> {
     let (total, of) = (listed.len(), said.of);
     let (mut frames, mut turns) = (Vec::new(), Vec::new());
     let (mut bad, mut bad_depth) = (Vec::new(), Vec::new());
     for (listed, read) in listed.iter().zip(read) {
         match read {
             Ok(read) => {
-                frames.push(read.frame);
+                frames.push((read.frame, read.seen));
                 turns.push((listed.name.clone(), read.turn));
                 bad_depth.extend(read.depth_problem);
             }

@@ -13,8 +13,8 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::camera::median_position;
-use super::error::{CameraError, ImageError, refuse};
-use super::files::{dimensions, file_name, stem, warn};
+use super::error::{ImageError, refuse};
+use super::files::{dimensions, file_name, leave_out, stem};
 use super::images::ImageFile;
 use super::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
 use super::{Camera, OpenOptions, Scene, SceneError, SceneSource};
@@ -24,6 +24,9 @@ use text::read_intrinsics;
 
 /// Distance of the cameras from zero beyond which the scene gets its own origin, in metres.
 const FAR_FROM_ZERO: f64 = 100.0;
+
+/// What to do where most images are unusable.
+const COPY_AGAIN: &str = "copy the capture again";
 
 /// A frame whose image has not been looked at.
 pub(super) struct Found {
@@ -50,7 +53,7 @@ pub(super) struct Layout<'a> {
     /// The camera of depth images; `None` where they show what their colour images show.
     pub depth_camera: Option<Arc<DepthCamera>>,
     /// The camera of images of this width and height in pixels.
-    pub default_camera: &'a (dyn Fn(u32, u32) -> Result<Camera, CameraError> + Sync),
+    pub default_camera: &'a (dyn Fn(u32, u32) -> Result<Camera, String> + Sync),
     /// What to say where that camera was taken.
     pub default_camera_note: Option<String>,
 }
@@ -90,10 +93,11 @@ pub(super) fn read(
         images: layout.images,
         depths: layout.depths,
         of: "of",
-        remedy: "copy the capture again",
+        remedy: COPY_AGAIN,
         depth: "missing or cannot be read",
     };
-    let frames = keep_usable(&listed, read, &unusable, &mut warnings)?;
+    let read = keep_usable(&listed, read, &unusable, &mut warnings)?;
+    let frames = read.into_iter().map(|(frame, ())| frame).collect();
     let source = SceneSource::Folder(layout.folder.to_path_buf());
     Ok(Scene {
         origin,
@@ -109,12 +113,12 @@ pub(super) fn read(
 ///
 /// # Errors
 /// Images of other proportions, which must have been cropped.
-pub(super) fn published_camera(intrinsics: [f32; 4], width: u32, height: u32) -> Result<Camera, CameraError> {
+pub(super) fn published_camera(intrinsics: [f32; 4], width: u32, height: u32) -> Result<Camera, String> {
     if u64::from(width) * 480 != u64::from(height) * 640 {
-        return Err(CameraError::NotGiven(format!(
+        return Err(format!(
             "no such file, and the intrinsics that are known are for 640x480 pixels, not for images of \
              {width}x{height}; write six numbers there: fx fy cx cy width height"
-        )));
+        ));
     }
     Ok(Camera::new([640, 480], intrinsics).stretched(width, height))
 }
@@ -126,8 +130,8 @@ pub(super) fn unusable_poses(count: usize, total: usize, first: &str) -> String 
     )
 }
 
-/// The frames whose images can be read, each with its camera: that of the capture, scaled where the image has the same
-/// proportions but another size. Images of other proportions are left out, up to half of them.
+/// The frames, each with its camera: that of the capture, scaled where the image has the same proportions but another size.
+/// Images of other proportions are left out, up to half of them; those that cannot be read are not yet.
 fn with_cameras(
     layout: &Layout,
     found: Vec<Found>,
@@ -142,63 +146,57 @@ fn with_cameras(
         *counts.entry(size).or_insert(0_usize) += 1;
     }
     let Some((&(width, height), _)) = counts.iter().max_by_key(|&(_, &count)| count) else {
-        return Err(too_many_unreadable(&found, &sizes));
+        let first = found.iter().zip(&sizes).find_map(|(frame, size)| {
+            let error = size.as_ref().err()?;
+            Some(format!("{} ({error})", file_name(&frame.path)))
+        });
+        let first = first.unwrap_or_default();
+        refuse!(
+            layout.images,
+            "{total} of {total} images cannot be used, first {first}; {COPY_AGAIN}"
+        );
     };
     let given = given_camera(layout, (width, height), notes)?;
-    if 2 * sizes.iter().flatten().count() < total {
-        return Err(too_many_unreadable(&found, &sizes));
-    }
     let camera = match given {
         Some(camera) => camera,
         None => {
             let camera = (layout.default_camera)(width, height);
             let camera = camera.and_then(|camera| match camera.problem() {
                 None => Ok(camera),
-                Some(problem) => Err(CameraError::NotGiven(format!(
+                Some(problem) => Err(format!(
                     "no such file, and the usual camera does not fit images of {width}x{height} pixels ({problem}); \
                      write six numbers there: fx fy cx cy width height"
-                ))),
+                )),
             });
             let intrinsics = layout.folder.join("intrinsics.txt");
             camera.map_err(|error| SceneError::file(intrinsics, error))?
         }
     };
-    let (mut unreadable, mut odd, mut scaled) = (Vec::new(), Vec::new(), 0);
+    let (mut odd, mut scaled) = (Vec::new(), 0);
     let mut usable = Vec::new();
     for (frame, size) in found.into_iter().zip(sizes) {
         let name = file_name(&frame.path);
-        match size {
-            Ok((w, h)) => match camera.resized(w, h) {
-                Some(own) => {
-                    scaled += usize::from((w, h) != (width, height));
-                    usable.push(Listed {
-                        stem: stem(&frame.path),
-                        name,
-                        image: ImageFile::plain(frame.path, own),
-                        depth: frame.depth,
-                        camera_to_world: frame.camera_to_world,
-                    });
-                }
-                None => odd.push(format!("{name} ({w}x{h})")),
-            },
-            Err(error) => unreadable.push(format!("{name} ({error})")),
-        }
+        let (w, h) = size.unwrap_or((width, height));
+        let Some(own) = camera.resized(w, h) else {
+            odd.push(format!("{name} ({w}x{h})"));
+            continue;
+        };
+        scaled += usize::from((w, h) != (width, height));
+        usable.push(Listed {
+            stem: stem(&frame.path),
+            name,
+            image: ImageFile::plain(frame.path, own),
+            depth: frame.depth,
+            camera_to_world: frame.camera_to_world,
+        });
     }
-    if 2 * odd.len() > total {
-        refuse!(
-            layout.images,
-            "most images differ in size and proportions from each other; all frames must come from one camera"
-        );
-    }
-    warn(warnings, "images cannot be read and were left out", &unreadable);
-    warn(
-        warnings,
-        &format!(
-            "images were left out because they do not have the proportions of the others, which have {width}x{height} \
-             pixels"
-        ),
-        &odd,
+    let what = format!(
+        "images were left out because they do not have the proportions of the others, which have {width}x{height} pixels"
     );
+    leave_out(warnings, layout.images, (&odd, total), &what, |_, _| {
+        "most images differ in size and proportions from each other; all frames must come from one camera"
+            .to_owned()
+    })?;
     if scaled > 0 {
         notes.push(format!(
             "{scaled} images are smaller or larger than {width}x{height} pixels but have the same proportions: their \
@@ -240,21 +238,6 @@ fn given_camera(
         ));
     }
     Ok(Some(camera))
-}
-
-/// The refusal of a capture most of whose images cannot be read.
-fn too_many_unreadable(listed: &[Found], sizes: &[Result<(u32, u32), ImageError>]) -> SceneError {
-    let mut bad = listed
-        .iter()
-        .zip(sizes)
-        .filter_map(|(frame, size)| Some((frame, size.as_ref().err()?)));
-    let first = bad
-        .next()
-        .map(|(frame, error)| (frame.path.clone(), error.to_string()));
-    let (path, error) = first.unwrap_or_default();
-    let (count, total) = (1 + bad.count(), listed.len());
-    let reason = format!("cannot be read ({error}), like {count} of {total} images; copy the capture again");
-    SceneError::file(path, reason)
 }
 
 /// The median camera position where it is far from zero, else zero.

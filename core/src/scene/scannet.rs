@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::error::{CameraError, refusal, refuse};
+use super::error::{refusal, refuse};
 use super::files::numbered_files;
 use super::formats::Format;
 use super::reading::Progress;
@@ -75,11 +75,11 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         default_camera: &|width, height| {
             match &color {
             Some(color) => color.camera(width, height),
-            None => Err(CameraError::NotGiven(
+            None => Err(
                 "no such file, and no intrinsic/intrinsic_color.txt; copy that from the scan, or write six numbers \
                  here: fx fy cx cy width height"
                     .to_owned(),
-            )),
+            ),
         }
         },
         default_camera_note: None,
@@ -162,7 +162,7 @@ impl Calibration {
 
     /// The camera of images of this width and height: the intrinsics as they are where the principal point is about
     /// in the middle, or scaled where it is in the middle of the data set's own size and these images were resized.
-    fn camera(&self, width: u32, height: u32) -> Result<Camera, CameraError> {
+    fn camera(&self, width: u32, height: u32) -> Result<Camera, String> {
         let as_given = |width: u32, height: u32| {
             let own = Camera {
                 width,
@@ -181,14 +181,14 @@ impl Calibration {
                 .map(|camera| camera.stretched(width, height))
         };
         as_given(width, height).or_else(resized).ok_or_else(|| {
-            CameraError::NotGiven(format!(
+            format!(
                 "no such file, and the principal point ({}, {}) in {} is far from the middle of images of \
                  {width}x{height}, so that they were cropped or resized; use the images of the scan, or write six \
                  numbers here: fx fy cx cy width height",
                 given.cx - 0.5,
                 given.cy - 0.5,
                 self.path.display()
-            ))
+            )
         })
     }
 }

@@ -7,7 +7,7 @@ use glam::{Affine3A, DQuat, DVec3, Vec3};
 use tempfile::TempDir;
 
 use super::{
-    Camera, ColorImage, DepthMap, Distortion, Frame, FramePixels, Lens, OpenOptions, Scene, SceneError,
+    Camera, ColorImage, DepthMap, Distortion, Frame, Lens, OpenOptions, Pixels, Scene, SceneError,
     SceneSource,
 };
 
@@ -24,7 +24,7 @@ pub fn frame(stem: &str, camera: Camera, rgb: Vec<u8>, depth: Option<DepthMap>) 
         path: PathBuf::new(),
         camera,
         camera_to_world: Affine3A::IDENTITY,
-        pixels: FramePixels::new(color, depth),
+        pixels: Pixels::new(color, depth).into(),
         points: Vec::new(),
         lens: None,
     }

@@ -7,7 +7,7 @@ use glam::DAffine3;
 use serde::Deserialize;
 
 use super::camera::image_size;
-use super::error::{CameraError, refusal, refuse};
+use super::error::{refusal, refuse};
 use super::files::MOST_PIXELS;
 use super::rgbd::text::{pose_of, read_intrinsics, read_text};
 use super::transforms::{Transforms, pose_of_open_gl};
@@ -78,7 +78,7 @@ impl Trajectory {
 struct View {
     pose: DAffine3,
     /// Where the file says it, or what is wrong with it.
-    camera: Result<Option<Camera>, CameraError>,
+    camera: Result<Option<Camera>, String>,
 }
 
 /// The views in the text of a file of any kind.
@@ -128,8 +128,8 @@ fn read_views(path: &Path, text: &str) -> Result<Vec<View>, SceneError> {
 }
 
 /// The camera of a view of nerfstudio's path: square pixels, the principal point in the middle.
-fn path_camera(file: &PathFile, view: &PathView) -> Result<Option<Camera>, CameraError> {
-    let unusable = |problem: String| Err(CameraError::NotGiven(format!("{problem}; correct it")));
+fn path_camera(file: &PathFile, view: &PathView) -> Result<Option<Camera>, String> {
+    let unusable = |problem: String| Err(format!("{problem}; correct it"));
     if let Some(kind) = file.camera_type.as_deref().filter(|&kind| kind != "perspective") {
         let kind: String = kind.escape_debug().take(40).collect();
         return unusable(format!("its camera_type is {kind}, not perspective"));

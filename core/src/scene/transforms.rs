@@ -12,7 +12,7 @@ use std::path::{Component, Path, PathBuf};
 
 use image::DynamicImage;
 
-use super::camera::{median_position, sampled, unit_of_cameras};
+use super::camera::{has_proportions, median_position, sampled, unit_of_cameras};
 use super::error::{ImageError, refusal, refuse};
 use super::files::{check_name, decode_image, dimensions, frame_names, leave_out, warn};
 use super::formats::Format;
@@ -78,7 +78,8 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         remedy: "use the images that the poses in transforms.json were found with, or copy the capture again",
         depth: "missing or cannot be used",
     };
-    let frames = keep_usable(&listed, read, &unusable, &mut warnings)?;
+    let read = keep_usable(&listed, read, &unusable, &mut warnings)?;
+    let frames = read.into_iter().map(|(frame, ())| frame).collect();
     let source = SceneSource::Folder(folder.to_path_buf());
     Ok(Scene {
         origin: placing.origin,
@@ -214,10 +215,8 @@ fn decode_depth(
         return Err(ImageError::NotDepth);
     };
     let on_disk = lens.map_or(camera, |lens| &lens.image);
-    let [width, height] = [on_disk.width, on_disk.height].map(u64::from);
     let (own_width, own_height) = image.dimensions();
-    // Up to a pixel of rounding.
-    if (u64::from(own_width) * height).abs_diff(u64::from(own_height) * width) > width.max(height) {
+    if !has_proportions([own_width, own_height], [on_disk.width, on_disk.height]) {
         return Err(ImageError::Shape(
             image.dimensions(),
             (on_disk.width, on_disk.height),

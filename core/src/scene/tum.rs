@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::camera::rigid;
-use super::error::{PoseError, refuse};
+use super::error::{NO_QUATERNION, NOT_FINITE, refuse};
 use super::files::{check_name, file_name, leave_out, stem, warn};
 use super::formats::Format;
 use super::reading::Progress;
@@ -225,7 +225,7 @@ fn check_names(folder: &Path, images: &[(f64, PathBuf)]) -> Result<(), SceneErro
 }
 
 /// A time in seconds; of the pose at it, the line of the file, from 1, and camera-to-world or what is wrong with it.
-type TimedPose = (f64, (usize, Result<DAffine3, PoseError>));
+type TimedPose = (f64, (usize, Result<DAffine3, &'static str>));
 
 /// Reads the trajectory, sorted by time.
 fn read_poses(path: &Path) -> Result<Vec<TimedPose>, SceneError> {
@@ -258,12 +258,12 @@ fn read_poses(path: &Path) -> Result<Vec<TimedPose>, SceneError> {
 }
 
 /// Camera-to-world, or what is wrong with it.
-fn pose(translation: DVec3, rotation: DQuat) -> Result<DAffine3, PoseError> {
+fn pose(translation: DVec3, rotation: DQuat) -> Result<DAffine3, &'static str> {
     if !rotation.is_finite() {
-        return Err(PoseError::NotFinite);
+        return Err(NOT_FINITE);
     }
     if (rotation.length() - 1.0).abs() > MOST_STRETCHED {
-        return Err(PoseError::Quaternion);
+        return Err(NO_QUATERNION);
     }
     let rotation = DMat3::from_quat(rotation.normalize());
     rigid(DAffine3::from_mat3_translation(rotation, translation))

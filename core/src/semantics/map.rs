@@ -433,7 +433,7 @@ mod tests {
 
     use super::*;
     use crate::scene::testing::{bend, wall};
-    use crate::scene::{ColorImage, DepthMap, FramePixels};
+    use crate::scene::{ColorImage, DepthMap, Pixels};
     use crate::semantics::testing::{loose, node};
     use crate::semantics::{NO_NODE, NodeMap};
 
@@ -550,7 +550,7 @@ mod tests {
         let (width, height) = (frame.camera.width, frame.camera.height);
         let black = ColorImage::new(width, height, vec![0; 3 * frame.camera.pixels()]).unwrap();
         let depth = DepthMap::from_ray_lengths(width, &vec![2.0; frame.camera.pixels()]);
-        frame.pixels = FramePixels::new(black, Some(depth));
+        frame.pixels = Pixels::new(black, Some(depth)).into();
         let map = listing(&frame);
         let bent = map.in_image(&frame);
         assert_eq!([bent.width, bent.height], [64, 48]);

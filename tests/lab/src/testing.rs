@@ -7,8 +7,7 @@ use glam::{Affine3A, Vec3};
 use inplace_core::field::Preset;
 use inplace_core::labels::{Class, ClassId};
 use inplace_core::scene::{
-    Camera, ColorImage, DepthMap, Frame, FramePixels, GroundTruth, OpenOptions, Scene, SceneSource,
-    write_replica,
+    Camera, ColorImage, DepthMap, Frame, GroundTruth, OpenOptions, Pixels, Scene, SceneSource, write_replica,
 };
 use inplace_core::session::SessionOptions;
 use tempfile::TempDir;
@@ -51,7 +50,7 @@ pub fn wall(frames: usize, width: u32, height: u32) -> Scene {
             path: PathBuf::new(),
             camera,
             camera_to_world: Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)),
-            pixels: FramePixels::new(color, Some(depth)),
+            pixels: Pixels::new(color, Some(depth)).into(),
             points: Vec::new(),
             lens: None,
         }

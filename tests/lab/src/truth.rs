@@ -43,7 +43,7 @@ impl LabelImage {
     ///
     /// # Errors
     /// An image that cannot be read, or that is not one gray channel of ids.
-    pub fn read(images: &BTreeMap<u64, PathBuf>, stem: &str) -> Result<Option<Self>, Failure> {
+    pub fn read(images: &BTreeMap<usize, PathBuf>, stem: &str) -> Result<Option<Self>, Failure> {
         let Some(path) = frame_number(stem).and_then(|number| images.get(&number)) else {
             return Ok(None);
         };
@@ -58,9 +58,9 @@ impl LabelImage {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Split {
     /// Frames that labels may be taken from.
-    pub train: Vec<u64>,
+    pub train: Vec<usize>,
     /// Frames that are only measured on.
-    pub test: Vec<u64>,
+    pub test: Vec<usize>,
 }
 
 impl Split {
@@ -150,8 +150,8 @@ impl SceneTruth {
                     }
                     images.insert(index, image);
                 }
-                let among = |numbers: &[u64]| -> Vec<usize> {
-                    let chosen: BTreeSet<u64> = numbers.iter().copied().collect();
+                let among = |numbers: &[usize]| -> Vec<usize> {
+                    let chosen: BTreeSet<usize> = numbers.iter().copied().collect();
                     let own = |index: &usize| frame_number(&scene.frames[*index].stem);
                     let in_split = |index: &usize| own(index).is_some_and(|number| chosen.contains(&number));
                     images.keys().copied().filter(in_split).collect()
@@ -237,7 +237,8 @@ impl SceneTruth {
 
     /// The truth of a frame that has one, in the frame's own pixels, row-major.
     pub fn in_frame(&self, scene: &Scene, frame: usize) -> Vec<ClassId> {
-        labels::in_frame(&scene.frames[frame], &self.images[&frame].labels)
+        let image = &self.images[&frame];
+        labels::in_frame(&scene.frames[frame], [image.width, image.height], &image.labels)
     }
 
     /// The scores of a label map for each of some frames, in pixels of their images on disk.

@@ -18,7 +18,7 @@ pub(super) const STROKES: Parser = Parser::alone("strokes", |_, bytes| {
     };
     let labels = match parse_strokes(text, &SCENE) {
         Ok(labels) => labels,
-        Err(reason) => return assert_sentence(&reason.to_string()),
+        Err(reason) => return assert_sentence(&reason),
     };
     let pixels = |labels: &LabelSet, frame: usize| -> Vec<(u32, u16)> {
         let camera = &SCENE.frames[frame].camera;
@@ -42,7 +42,7 @@ pub(super) const CLASSES: Parser = Parser::alone("classes", |_, bytes| {
     };
     let classes = match parse_class_list(text) {
         Ok(classes) => classes,
-        Err(reason) => return assert_sentence(&reason.to_string()),
+        Err(reason) => return assert_sentence(&reason),
     };
     let ids: BTreeSet<u16> = classes.iter().map(|class| class.id).collect();
     assert!(!ids.contains(&0) && ids.len() == classes.len(), "{classes:?}");

@@ -177,7 +177,7 @@ mod tests {
         let steps: [Step<'_>; 10] = [
             &|history, _| Some(history.add_stroke(Stroke::click(4, wall, [1, 1]))),
             &|history, _| Some(history.add_stroke(Stroke::polygon(4, floor, &[[3, 3], [9, 3], [9, 9]]))),
-            &|history, _| history.erase(4, &[[5, 3]], 1),
+            &|history, _| history.erase_where(4, &[[5, 3]], 1, |_| true),
             &|history, last| history.change_stroke_class(last?, wall),
             &|history, _| Some(history.add_stroke(Stroke::click(2, floor, [1, 1]))),
             &|history, _| history.merge_class(floor, wall),

@@ -94,10 +94,8 @@ impl ProjectSession {
 
     /// Goes on in another file, where there is a journal that can.
     pub fn save_to(&self, path: PathBuf) {
-        match &self.journal {
-            Some(journal) if self.named => journal.save_as(path),
-            Some(journal) => journal.move_to(path),
-            None => {}
+        if let Some(journal) = &self.journal {
+            journal.save_as(path, !self.named);
         }
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::History;
+use super::{History, unused};
 use crate::labels::{Class, ClassId, Edit, ImportChange, ImportedLabels, Label, Stroke, StrokeChange, VOID};
 
 /// What became of classes that were to be added.
@@ -49,7 +49,7 @@ impl History {
         // Only now, so that no class gets an id that a later one brings.
         let mut used = self.class_ids_ever(&after);
         for class in displaced {
-            let id = unused(&used);
+            let id = unused(&used).unwrap_or(ClassId::MAX);
             used.insert(id);
             let renumbered = Class { id, ..class.clone() };
             outcome.renumbered.push((class.id, renumbered.clone()));
@@ -173,7 +173,7 @@ impl History {
     /// An id that neither these classes nor any earlier one has, also none of those deleted or undone that could come
     /// back.
     pub(super) fn unused_class_id(&self, classes: &[Class]) -> ClassId {
-        unused(&self.class_ids_ever(classes))
+        unused(&self.class_ids_ever(classes)).unwrap_or(ClassId::MAX)
     }
 
     /// The ids of these classes, of those that are there, and of those that ever were.
@@ -194,13 +194,6 @@ impl History {
         present.iter().any(|other| other.id == class.id)
             || earlier.any(|other| other.id == class.id && !other.is_named(&class.name))
     }
-}
-
-/// The next id above all used ones, or the smallest unused one where the highest is in use.
-fn unused(used: &BTreeSet<ClassId>) -> ClassId {
-    let next = used.last().map_or(Some(1), |highest| highest.checked_add(1));
-    next.or_else(|| (1..ClassId::MAX).find(|id| !used.contains(id)))
-        .unwrap_or(ClassId::MAX)
 }
 
 #[cfg(test)]

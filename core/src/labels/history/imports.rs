@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::History;
-use super::objects::unused;
+use super::{History, unused};
 use crate::labels::{
     Class, ClassId, Edit, ImportChange, ImportId, ImportedLabels, Label, LabelImages, Object, ObjectId,
 };
@@ -109,7 +108,7 @@ impl History {
             .iter()
             .map(|object| ((object.class, object.name.clone()), object.id));
         let mut known: BTreeMap<(ClassId, String), ObjectId> = ids.collect();
-        let mut used: BTreeSet<ObjectId> = listed.iter().map(|object| object.id).collect();
+        let mut used: BTreeSet<u16> = listed.iter().map(|object| object.id.number()).collect();
         let mut ever: BTreeMap<ObjectId, BTreeSet<(ClassId, &str)>> = BTreeMap::new();
         for object in self.objects_ever() {
             let names = ever.entry(object.id).or_default();
@@ -126,19 +125,20 @@ impl History {
             let had = ever.get(&own.id);
             if let Some(id) = known.remove(&(own.class, own.name.clone())) {
                 same.insert(own.id, id);
-            } else if used.contains(&own.id) || had.is_some_and(|names| names.iter().any(is_another)) {
+            } else if used.contains(&own.id.number()) || had.is_some_and(|names| names.iter().any(is_another))
+            {
                 displaced.push(own);
             } else {
-                used.insert(own.id);
+                used.insert(own.id.number());
                 same.insert(own.id, own.id);
                 listed.push(own);
             }
         }
         // Only now, so that no number is given that an image brings.
-        used.extend(ever.into_keys());
+        used.extend(ever.into_keys().map(ObjectId::number));
         for own in displaced {
-            if let Some(id) = unused(&used) {
-                used.insert(id);
+            if let Some(id) = unused(&used).and_then(ObjectId::new) {
+                used.insert(id.number());
                 same.insert(own.id, id);
                 listed.push(Object { id, ..own });
             }

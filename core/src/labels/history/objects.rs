@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::History;
+use super::{History, unused};
 use crate::labels::{
     ClassId, Edit, FoundObject, ImportedLabels, Label, Object, ObjectId, Stroke, StrokeChange, StrokeId,
     unused_name,
@@ -14,11 +14,11 @@ impl History {
     /// stuff, or there are no more numbers.
     pub fn next_object(&self, class: ClassId, others: &[Object]) -> Option<Object> {
         let class = self.labels.class(class).filter(|class| class.thing)?;
-        let mut used = self.object_ids_ever();
-        used.extend(others.iter().map(|object| object.id));
+        let all = self.objects_ever().chain(others);
+        let used = all.map(|object| object.id.number()).collect();
         let names = self.labels.objects.iter().chain(others);
         Some(Object {
-            id: unused(&used)?,
+            id: ObjectId::new(unused(&used)?)?,
             class: class.id,
             name: unused_name(&class.name, names.map(|object| object.name.as_str())),
         })
@@ -180,28 +180,12 @@ impl History {
         })
     }
 
-    /// The ids of the objects that are there, and of those that ever were: those deleted or undone could come back.
-    pub(super) fn object_ids_ever(&self) -> BTreeSet<ObjectId> {
-        self.objects_ever().map(|object| object.id).collect()
-    }
-
-    /// The objects that are there, and those that ever were, as they were.
+    /// The objects that are there, and those that ever were, as they were: those deleted or undone could come back.
     pub(super) fn objects_ever(&self) -> impl Iterator<Item = &Object> {
         let ever = self.edits.iter().filter_map(|edit| edit.objects.as_ref());
         let ever = ever.flat_map(|(before, after)| before.iter().chain(after));
         ever.chain(&self.labels.objects)
     }
-}
-
-/// The next id above all used ones, or the smallest unused one where the highest is in use.
-pub(super) fn unused(used: &BTreeSet<ObjectId>) -> Option<ObjectId> {
-    let next = used
-        .last()
-        .map_or(Some(1), |highest| highest.number().checked_add(1));
-    next.and_then(ObjectId::new).or_else(|| {
-        let mut all = (1..=u16::MAX).filter_map(ObjectId::new);
-        all.find(|id| !used.contains(id))
-    })
 }
 
 #[cfg(test)]

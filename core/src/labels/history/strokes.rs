@@ -11,11 +11,6 @@ impl History {
         self.commit_stroke(name, StrokeId(self.last_stroke), None, Some(stroke))
     }
 
-    /// Erases along a path on one frame; `None` when nothing was under the eraser.
-    pub fn erase(&mut self, frame: usize, path: &[Pixel], radius: u32) -> Option<Edit> {
-        self.erase_where(frame, path, radius, |_| true)
-    }
-
     /// Erases along a path on one frame, but only strokes of classes that may be erased; `None` when none of them
     /// was under the eraser.
     pub fn erase_where(

@@ -2,30 +2,14 @@
 
 use std::io::Cursor;
 
-use ::png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
+use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::{BORDER, Meaning};
 use crate::labels::{ClassId, VOID};
-use crate::scene::{ImageError, check_size, in_one_line};
+use crate::scene::{check_size, in_one_line};
 
 /// The most bytes that the parts of a file that are not its pixels may take.
 const MOST_BYTES: usize = 64 << 20;
-
-/// Why a label image cannot be used: part of a sentence.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum LabelImageError {
-    #[error("is no label image: {}", in_one_line(.0))]
-    NoPng(#[from] DecodingError),
-    #[error("is no label image: {0}")]
-    Size(#[from] ImageError),
-    #[error("{problem} at column {column}, row {row}, {remedy}")]
-    Pixel {
-        problem: String,
-        column: usize,
-        row: usize,
-        remedy: &'static str,
-    },
-}
 
 /// A decoded label image.
 #[derive(Debug)]
@@ -44,19 +28,21 @@ impl LabelImage {
     /// Decodes a PNG of 1 to 16 bits a channel.
     ///
     /// # Errors
-    /// Why it is no label image.
-    pub fn decode(png: &[u8]) -> Result<Self, LabelImageError> {
+    /// Why it is no label image: part of a sentence, as of the others.
+    pub fn decode(png: &[u8]) -> Result<Self, String> {
         let mut decoder = Decoder::new_with_limits(Cursor::new(png), Limits { bytes: MOST_BYTES });
         // Indices stay indices, and ids of few bits are not scaled up to gray values.
         decoder.set_transformations(Transformations::IDENTITY);
         decoder.set_ignore_text_chunk(true);
         decoder.set_ignore_iccp_chunk(true);
-        let mut reader = decoder.read_info()?;
+        let no_png = |error| format!("is no label image: {}", in_one_line(error));
+        let mut reader = decoder.read_info().map_err(no_png)?;
         let (width, height) = reader.info().size();
         let length = reader.output_buffer_size().unwrap_or(usize::MAX);
-        check_size((width, height), length as u64, png.len() as u64)?;
+        check_size((width, height), length as u64, png.len() as u64)
+            .map_err(|error| format!("is no label image: {error}"))?;
         let mut bytes = vec![0; length];
-        let info = reader.next_frame(&mut bytes)?;
+        let info = reader.next_frame(&mut bytes).map_err(no_png)?;
         Ok(Self {
             size: [width, height],
             color: info.color_type,
@@ -70,7 +56,7 @@ impl LabelImage {
     ///
     /// # Errors
     /// A pixel that is half transparent, or has a colour that is not that of one class.
-    pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, LabelImageError> {
+    pub fn classes(&self, meaning: &Meaning) -> Result<Vec<ClassId>, String> {
         self.values(|pixel| self.class(pixel, meaning))
     }
 
@@ -78,7 +64,7 @@ impl LabelImage {
     ///
     /// # Errors
     /// An image of colours, or a pixel that is half transparent.
-    pub fn numbers(&self) -> Result<Vec<u16>, LabelImageError> {
+    pub fn numbers(&self) -> Result<Vec<u16>, String> {
         self.values(|pixel| match *pixel {
             [number] => Ok(number),
             [number, alpha] => Ok(if is_opaque(self.wide(alpha))? { number } else { 0 }),
@@ -90,10 +76,7 @@ impl LabelImage {
     }
 
     /// What is read of every pixel by the samples of its channels, row-major.
-    fn values(
-        &self,
-        value: impl Fn(&[u16]) -> Result<u16, PixelProblem>,
-    ) -> Result<Vec<u16>, LabelImageError> {
+    fn values(&self, value: impl Fn(&[u16]) -> Result<u16, PixelProblem>) -> Result<Vec<u16>, String> {
         let [width, height] = self.size.map(|side| side as usize);
         let channels = self.color.samples();
         let mut values = Vec::with_capacity(width * height);
@@ -102,12 +85,9 @@ impl LabelImage {
             samples.clear();
             unpack(line, self.depth, &mut samples);
             for (column, pixel) in samples.chunks_exact(channels).take(width).enumerate() {
-                values.push(value(pixel).map_err(|(problem, remedy)| LabelImageError::Pixel {
-                    problem,
-                    column,
-                    row,
-                    remedy,
-                })?);
+                let at_its_place =
+                    |(problem, remedy)| format!("{problem} at column {column}, row {row}, {remedy}");
+                values.push(value(pixel).map_err(at_its_place)?);
             }
         }
         Ok(values)

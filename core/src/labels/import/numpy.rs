@@ -18,33 +18,8 @@ const MOST_AXES: usize = 64;
 /// The most characters of a file that a message repeats.
 const REPEATED: usize = 120;
 
-/// Why a file is no array that can be read: part of a sentence.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum NumpyError {
-    #[error("cannot be read: {0}")]
-    Unreadable(#[from] std::io::Error),
-    #[error("is no NPZ file: {}", in_one_line(.0))]
-    NoZip(#[from] zip::result::ZipError),
-    #[error("holds {0} arrays; save one, the probabilities of its frame")]
-    Arrays(usize),
-    #[error("is no NumPy array; write it with numpy.save or numpy.savez")]
-    NoArray,
-    #[error("has a header that is not NumPy's: {}", repeated(.0))]
-    Header(String),
-    #[error("holds numbers of the kind {}; save probabilities as float16 or float32, and class ids as a PNG", repeated(.0))]
-    Numbers(String),
-    #[error("holds records instead of numbers; save float16 or float32 probabilities")]
-    Records,
-    #[error("has an array of the shape {0}, which has no values")]
-    NoValues(Shape),
-    #[error(
-        "has an array of the shape {0}, which is more than a gigabyte; save it as float16, or at a part of the frame's \
-         size"
-    )]
-    TooLarge(Shape),
-    #[error("has {0} data than its shape {1} says; write it anew")]
-    Length(&'static str, Shape),
-}
+/// Why a file is none of NumPy's: part of a sentence.
+const NO_ARRAY: &str = "is no NumPy array; write it with numpy.save or numpy.savez";
 
 /// Number of values along each axis, written as NumPy does.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -85,17 +60,20 @@ impl Header {
     }
 
     /// Number of bytes of all values, of which there is at least one.
-    fn bytes(&self) -> Result<usize, NumpyError> {
+    fn bytes(&self) -> Result<usize, String> {
         let Shape(shape) = &self.shape;
+        let array = format!("has an array of the shape {}", self.shape);
         if shape.contains(&0) {
-            return Err(NumpyError::NoValues(self.shape.clone()));
+            return Err(format!("{array}, which has no values"));
         }
         let product = shape
             .iter()
             .try_fold(self.width, |product, &n| product.checked_mul(n));
-        product
-            .filter(|&bytes| bytes <= MOST_BYTES)
-            .ok_or_else(|| NumpyError::TooLarge(self.shape.clone()))
+        product.filter(|&bytes| bytes <= MOST_BYTES).ok_or_else(|| {
+            format!(
+                "{array}, which is more than a gigabyte; save it as float16, or at a part of the frame's size"
+            )
+        })
     }
 }
 
@@ -122,60 +100,69 @@ impl Values {
 /// Reads the array of a file; `accept` has a look at its header before any value is read.
 ///
 /// # Errors
-/// What `accept` says, or what is wrong with the file.
-pub(super) fn read<T, E: From<NumpyError>>(
+/// What `accept` says, or why the file is no array that can be read: part of a sentence.
+pub(super) fn read<T>(
     path: &Path,
-    accept: impl FnOnce(&Header) -> Result<T, E>,
-) -> Result<(T, Values), E> {
-    let file = BufReader::new(File::open(path).map_err(NumpyError::from)?);
+    accept: impl FnOnce(&Header) -> Result<T, String>,
+) -> Result<(T, Values), String> {
+    let file = BufReader::new(File::open(path).map_err(unreadable)?);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
         return read_array(file, accept);
     }
-    let mut archive = zip::ZipArchive::new(file).map_err(NumpyError::from)?;
-    if archive.len() != 1 {
-        return Err(NumpyError::Arrays(archive.len()).into());
+    let no_zip = |error| format!("is no NPZ file: {}", in_one_line(error));
+    let mut archive = zip::ZipArchive::new(file).map_err(no_zip)?;
+    match archive.len() {
+        1 => read_array(archive.by_index(0).map_err(no_zip)?, accept),
+        count => Err(format!(
+            "holds {count} arrays; save one, the probabilities of its frame"
+        )),
     }
-    read_array(archive.by_index(0).map_err(NumpyError::from)?, accept)
 }
 
-fn read_array<T, E: From<NumpyError>>(
+fn unreadable(error: std::io::Error) -> String {
+    format!("cannot be read: {error}")
+}
+
+fn read_array<T>(
     mut file: impl Read,
-    accept: impl FnOnce(&Header) -> Result<T, E>,
-) -> Result<(T, Values), E> {
+    accept: impl FnOnce(&Header) -> Result<T, String>,
+) -> Result<(T, Values), String> {
     let header = read_header(&mut file)?;
     let length = header.bytes()?;
     let accepted = accept(&header)?;
     // No more is set aside than there is: the header of a damaged file may say anything.
     let mut bytes = Vec::new();
     let mut within = file.take(length as u64 + 1);
-    within.read_to_end(&mut bytes).map_err(NumpyError::from)?;
+    within.read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() != length {
         let than = if bytes.len() < length { "less" } else { "more" };
-        return Err(NumpyError::Length(than, header.shape).into());
+        return Err(format!(
+            "has {than} data than its shape {} says; write it anew",
+            header.shape
+        ));
     }
     let width = header.width;
     Ok((accepted, Values { width, bytes }))
 }
 
-fn read_header(file: &mut impl Read) -> Result<Header, NumpyError> {
-    let no_array = |_| NumpyError::NoArray;
+fn read_header(file: &mut impl Read) -> Result<Header, String> {
     let mut start = [0; 8];
-    file.read_exact(&mut start).map_err(no_array)?;
+    file.read_exact(&mut start).map_err(|_| NO_ARRAY)?;
     let long = match start {
         [0x93, b'N', b'U', b'M', b'P', b'Y', 1, 0] => false,
         [0x93, b'N', b'U', b'M', b'P', b'Y', 2 | 3, 0] => true,
-        _ => return Err(NumpyError::NoArray),
+        _ => return Err(NO_ARRAY.to_owned()),
     };
     let mut length = [0; 4];
     let size = if long { 4 } else { 2 };
-    file.read_exact(&mut length[..size]).map_err(no_array)?;
+    file.read_exact(&mut length[..size]).map_err(|_| NO_ARRAY)?;
     let length = u32::from_le_bytes(length) as usize;
     if length > LONGEST_HEADER {
-        return Err(NumpyError::NoArray);
+        return Err(NO_ARRAY.to_owned());
     }
     let mut text = vec![0; length];
-    file.read_exact(&mut text).map_err(no_array)?;
-    parse_header(&String::from_utf8(text).map_err(|_| NumpyError::NoArray)?)
+    file.read_exact(&mut text).map_err(|_| NO_ARRAY)?;
+    parse_header(&String::from_utf8(text).map_err(|_| NO_ARRAY)?)
 }
 
 /// A header's dictionary.
@@ -190,7 +177,7 @@ struct Dictionary {
 
 /// Reads a header, a Python dictionary: `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4, 5), }`. With the
 /// brackets, quotes and words of JSON, and without the last commas, it is an object of JSON.
-fn parse_header(text: &str) -> Result<Header, NumpyError> {
+fn parse_header(text: &str) -> Result<Header, String> {
     let mut json: String = text.split_whitespace().collect();
     for (python, own) in [
         ("'", "\""),
@@ -210,14 +197,21 @@ fn parse_header(text: &str) -> Result<Header, NumpyError> {
         shape,
     }) = dictionary.filter(|known: &Dictionary| known.shape.len() <= MOST_AXES)
     else {
-        return Err(NumpyError::Header(text.to_owned()));
+        return Err(format!("has a header that is not NumPy's: {}", repeated(text)));
     };
     let width = match descr.as_str() {
         Some("<f2") => 2,
         Some("<f4") => 4,
         Some("<f8") => 8,
-        Some(other) => return Err(NumpyError::Numbers(other.to_owned())),
-        None => return Err(NumpyError::Records),
+        Some(other) => {
+            return Err(format!(
+                "holds numbers of the kind {}; save probabilities as float16 or float32, and class ids as a PNG",
+                repeated(other)
+            ));
+        }
+        None => {
+            return Err("holds records instead of numbers; save float16 or float32 probabilities".to_owned());
+        }
     };
     Ok(Header {
         width,
@@ -244,8 +238,8 @@ mod tests {
         bytes
     }
 
-    fn values(bytes: &[u8]) -> Result<Vec<f32>, NumpyError> {
-        let (header, values) = read_array(bytes, |header| Ok::<_, NumpyError>(header.clone()))?;
+    fn values(bytes: &[u8]) -> Result<Vec<f32>, String> {
+        let (header, values) = read_array(bytes, |header| Ok(header.clone()))?;
         Ok((0..header.shape.0.iter().product())
             .map(|index| values.at(index))
             .collect())
@@ -259,7 +253,7 @@ mod tests {
     #[test]
     fn headers_that_lie_or_are_unknown_are_refused_without_setting_memory_aside() {
         let refused = |header: &str, part: &str| {
-            let error = values(&npy(header, &[0; 64])).unwrap_err().to_string();
+            let error = values(&npy(header, &[0; 64])).unwrap_err();
             assert!(error.contains(part), "{error}");
             assert!(!error.contains(['\n', '\0']) && error.len() < 400, "{error:?}");
         };
@@ -285,7 +279,7 @@ mod tests {
         );
         refused(&header("<f4", &format!("({})", "1, ".repeat(65))), "not NumPy's");
         for bytes in [&b"PK"[..], b"\x93NUMPY\x02\x00\xff\xff\xff\xff"] {
-            assert!(values(bytes).unwrap_err().to_string().contains("no NumPy array"));
+            assert!(values(bytes).unwrap_err().contains("no NumPy array"));
         }
     }
 }

@@ -4,54 +4,13 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::numpy::{self, Header, NumpyError, Shape, Values};
-use super::{ClassList, same_aspect};
+use super::ClassList;
+use super::numpy::{self, Header, Values};
 use crate::labels::{ClassId, Likeliest, Probabilities};
-use crate::scene::{Frame, sampled};
+use crate::scene::{Frame, has_proportions, sampled};
 
 /// Half floats are off by a thousandth, and sums of hundreds of them by more.
 const ROUNDING: f32 = 0.05;
-
-/// Why a file has no probabilities of its frame: part of a sentence.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum ProbabilitiesError {
-    #[error(transparent)]
-    File(#[from] NumpyError),
-    #[error("has an array of the shape {0}; save (classes, height, width) or (height, width, classes)")]
-    Axes(Shape),
-    #[error(
-        "has an array of the shape {0}, in which both the first and the last axis could be the classes; save it at \
-         another size"
-    )]
-    Ambiguous(Shape),
-    /// `classes` is their number with a space before it, where it is known.
-    #[error(
-        "has an array of the shape {shape}, which is not that of{classes} classes and a frame of {}x{} pixels; save \
-         (classes, height, width) or (height, width, classes) of the frame's aspect",
-        frame[0],
-        frame[1]
-    )]
-    NotOfFrame {
-        shape: Shape,
-        classes: String,
-        frame: [u32; 2],
-    },
-    #[error(
-        "has the value {0} at column {column}, row {row}, which is no probability; save what softmax makes of the \
-         network's scores",
-        column = .1[0],
-        row = .1[1]
-    )]
-    Value(f32, [u32; 2]),
-    #[error(
-        "has values at column {column}, row {row} that add up to {0:.2}; probabilities of one pixel add up to 1",
-        column = .1[0],
-        row = .1[1]
-    )]
-    Sum(f32, [u32; 2]),
-    #[error("has no values")]
-    Empty,
-}
 
 /// Class probabilities `[height, width, classes]` as a file has them.
 pub(super) struct Array {
@@ -74,12 +33,12 @@ impl Array {
     /// Reads the probabilities of a frame: of the listed classes, void among them or not, or of the ids from 1 on.
     ///
     /// # Errors
-    /// A file that has no such probabilities.
-    pub fn read(path: &Path, frame: &Frame, list: Option<&ClassList>) -> Result<Self, ProbabilitiesError> {
+    /// Why the file has no such probabilities: part of a sentence, as of the others.
+    pub fn read(path: &Path, frame: &Frame, list: Option<&ClassList>) -> Result<Self, String> {
         let size = [frame.image().width, frame.image().height];
         let ((layout, classes), values) = numpy::read(path, |header| {
             let layout = Layout::of(header, size, list)?;
-            Ok::<_, ProbabilitiesError>((layout, classes_of(layout.channels, list)))
+            Ok((layout, classes_of(layout.channels, list)))
         })?;
         Ok(Self {
             layout,
@@ -94,20 +53,25 @@ impl Array {
     }
 
     /// What is kept of the probabilities at a place.
-    fn likeliest(&self, place: [u32; 2]) -> Result<Likeliest, ProbabilitiesError> {
+    fn likeliest(&self, [column, row]: [u32; 2]) -> Result<Likeliest, String> {
         let [across, down, deep] = self.layout.strides;
-        let start = place[0] as usize * across + place[1] as usize * down;
+        let start = column as usize * across + row as usize * down;
         let value = |channel: usize| self.values.at(start + channel * deep);
         let mut sum = 0.0;
         for channel in 0..self.classes.len() {
             let value = value(channel);
             if !(-1e-6..=1.0 + ROUNDING).contains(&value) {
-                return Err(ProbabilitiesError::Value(value, place));
+                return Err(format!(
+                    "has the value {value} at column {column}, row {row}, which is no probability; save what softmax \
+                     makes of the network's scores"
+                ));
             }
             sum += value;
         }
         if sum > 1.0 + ROUNDING {
-            return Err(ProbabilitiesError::Sum(sum, place));
+            return Err(format!(
+                "has values at column {column}, row {row} that add up to {sum:.2}; probabilities of one pixel add up to 1"
+            ));
         }
         Ok(Likeliest::of(
             self.classes
@@ -121,7 +85,7 @@ impl Array {
     ///
     /// # Errors
     /// Values that are no probabilities.
-    pub fn labels(&self) -> Result<Vec<ClassId>, ProbabilitiesError> {
+    pub fn labels(&self) -> Result<Vec<ClassId>, String> {
         row_major(self.layout.size, |place| Ok(self.likeliest(place)?.class()))
     }
 
@@ -130,7 +94,7 @@ impl Array {
     ///
     /// # Errors
     /// Values that are no probabilities.
-    pub fn on_grid(&self, frame: &Frame, most_cells: usize) -> Result<Probabilities, ProbabilitiesError> {
+    pub fn on_grid(&self, frame: &Frame, most_cells: usize) -> Result<Probabilities, String> {
         let (own, image) = (&frame.camera, frame.image());
         let (own, on_disk) = ([own.width, own.height], [image.width, image.height]);
         let size = grid(
@@ -149,17 +113,17 @@ impl Array {
             self.likeliest([0, 1].map(|axis| sampled(place[axis], on_disk[axis], self.layout.size[axis])))
         };
         let grid = Probabilities::new(size, own, row_major(size, cell)?);
-        grid.ok_or(ProbabilitiesError::Empty)
+        grid.ok_or_else(|| "has no values".to_owned())
     }
 }
 
 /// What is found at every column and row of a grid of this size, row-major; the rows in parallel.
 fn row_major<T: Clone + Send>(
     [width, height]: [u32; 2],
-    find: impl Fn([u32; 2]) -> Result<T, ProbabilitiesError> + Sync,
-) -> Result<Vec<T>, ProbabilitiesError> {
+    find: impl Fn([u32; 2]) -> Result<T, String> + Sync,
+) -> Result<Vec<T>, String> {
     let row = |row| (0..width).map(|column| find([column, row])).collect();
-    let rows: Result<Vec<Vec<T>>, ProbabilitiesError> = (0..height).into_par_iter().map(row).collect();
+    let rows: Result<Vec<Vec<T>>, String> = (0..height).into_par_iter().map(row).collect();
     Ok(rows?.concat())
 }
 
@@ -181,7 +145,9 @@ fn classes_of(channels: usize, list: Option<&ClassList>) -> Vec<ClassId> {
 
 impl Layout {
     /// Finds out which axis has the classes: the others have the frame's aspect.
-    fn of(header: &Header, frame: [u32; 2], list: Option<&ClassList>) -> Result<Self, ProbabilitiesError> {
+    fn of(header: &Header, frame: [u32; 2], list: Option<&ClassList>) -> Result<Self, String> {
+        const AXES: &str = "save (classes, height, width) or (height, width, classes)";
+        let array = format!("has an array of the shape {}", header.shape);
         let (mut shape, mut strides) = (header.shape.0.as_slice(), header.strides());
         // A batch of one.
         while shape.len() > 3 && shape[0] == 1 {
@@ -189,7 +155,7 @@ impl Layout {
             strides.remove(0);
         }
         let (&[a, b, c], &[first, second, third]) = (shape, strides.as_slice()) else {
-            return Err(ProbabilitiesError::Axes(header.shape.clone()));
+            return Err(format!("{array}; {AXES}"));
         };
         let fits = |channels: usize, height: usize, width: usize, strides: [usize; 3]| {
             let size = [u32::try_from(width).ok()?, u32::try_from(height).ok()?];
@@ -197,7 +163,7 @@ impl Layout {
                 Some(list) => channels == list.order.len() || channels == list.classes.len(),
                 None => (1..=usize::from(ClassId::MAX)).contains(&channels),
             };
-            (counts && same_aspect(size, frame)).then_some(Self {
+            (counts && has_proportions(size, frame)).then_some(Self {
                 size,
                 channels,
                 strides,
@@ -207,12 +173,17 @@ impl Layout {
         let classes_last = fits(c, a, b, [second, first, third]);
         match (classes_first, classes_last) {
             (Some(layout), None) | (None, Some(layout)) => Ok(layout),
-            (Some(_), Some(_)) => Err(ProbabilitiesError::Ambiguous(header.shape.clone())),
-            (None, None) => Err(ProbabilitiesError::NotOfFrame {
-                shape: header.shape.clone(),
-                classes: list.map_or_else(String::new, |list| format!(" {}", list.classes.len())),
-                frame,
-            }),
+            (Some(_), Some(_)) => Err(format!(
+                "{array}, in which both the first and the last axis could be the classes; save it at another size"
+            )),
+            (None, None) => {
+                let classes = list.map_or_else(String::new, |list| format!(" {}", list.classes.len()));
+                let [width, height] = frame;
+                Err(format!(
+                    "{array}, which is not that of{classes} classes and a frame of {width}x{height} pixels; {AXES} of the \
+                     frame's aspect"
+                ))
+            }
         }
     }
 }

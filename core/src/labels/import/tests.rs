@@ -21,7 +21,7 @@ fn hidden_pixels_are_void_whatever_the_image_says() {
     let expected: Vec<ClassId> = (0..48)
         .map(|index| if index % 8 < 3 { VOID } else { 7 })
         .collect();
-    assert_eq!(in_frame(&scene.frames[0], &[7; 48]), expected);
+    assert_eq!(in_frame(&scene.frames[0], [8, 6], &[7; 48]), expected);
     let root = tempfile::tempdir().unwrap();
     write(root.path(), "rgb_0.png", 8, &[7; 48]);
     let found = read(root.path(), &scene).unwrap();

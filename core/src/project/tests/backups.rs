@@ -21,7 +21,9 @@ fn grown(folder: &Path) -> Contents {
             ..Stroke::click(number % 3, 1 + (number % 2) as u16, [0, 0])
         });
         if number % 20 == 9 {
-            history.erase(number % 3, &[[x, number as u32]], 1).unwrap();
+            history
+                .erase_where(number % 3, &[[x, number as u32]], 1, |_| true)
+                .unwrap();
         }
         if number % 30 == 11 {
             let last = *history.labels().strokes.last_key_value().unwrap().0;

@@ -51,7 +51,7 @@ fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
 }
 
 #[test]
-fn move_to_goes_on_in_the_new_file_and_leaves_nothing_behind() {
+fn work_without_a_name_goes_on_in_the_new_file_and_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let (old, new) = (
         folder.path().join("auto.inplace"),
@@ -59,10 +59,10 @@ fn move_to_goes_on_in_the_new_file_and_leaves_nothing_behind() {
     );
     let (journal, mut history) = start(&old);
     journal.record(click(&mut history, 1));
-    journal.move_to(new.clone());
+    journal.save_as(new.clone(), true);
     journal.record(click(&mut history, 2));
     assert_eq!(event(&journal), JournalEvent::Saved { path: new.clone() });
-    journal.save_as(folder.path().join("no/such/folder.inplace"));
+    journal.save_as(folder.path().join("no/such/folder.inplace"), true);
     assert!(matches!(event(&journal), JournalEvent::Failed(_)));
     journal.record(click(&mut history, 3));
     journal.close().unwrap();
@@ -106,4 +106,26 @@ fn maps_are_kept_for_the_labels_that_they_follow_and_for_no_others() {
     journal.close().unwrap();
     let (_project, reopened) = Project::open(&path).unwrap();
     assert_eq!(reopened.maps, [map(1, 2, 2)]);
+}
+
+#[test]
+fn what_is_saved_elsewhere_while_the_file_cannot_be_written_has_no_map_of_other_labels() {
+    let (folder, path) = place();
+    let elsewhere = folder.path().join("elsewhere.inplace");
+    let mut contents = contents(folder.path());
+    contents.maps = vec![map(0, 1, 1)];
+    let project = Project::create(&path, &contents).unwrap();
+    let journal = Journal::start(project, &contents, || ()).unwrap();
+    fs::rename(&path, folder.path().join("moved.inplace")).unwrap();
+    fs::write(&path, "another file").unwrap();
+    journal.record(click(&mut contents.history, 1));
+    assert!(matches!(event(&journal), JournalEvent::Failed(_)));
+    journal.save_as(elsewhere.clone(), false);
+    let saved = JournalEvent::Saved {
+        path: elsewhere.clone(),
+    };
+    assert_eq!(event(&journal), saved);
+    drop(journal);
+    assert_saved(&elsewhere, &contents.history);
+    assert!(Project::open(&elsewhere).unwrap().1.maps.is_empty());
 }

@@ -6,10 +6,8 @@ use std::path::Path;
 use super::model::{Model, Observation};
 use super::{Images, MOST_ERROR};
 use crate::scene::camera::FARTHEST;
-use crate::scene::error::{ImageError, refuse};
-use crate::scene::files::leave_out;
-use crate::scene::images::warn_of_turns;
-use crate::scene::reading::{Listed, Placing, Progress, ReadDepth, read_frames};
+use crate::scene::error::ImageError;
+use crate::scene::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
 use crate::scene::{ColorImage, Frame, OpenOptions, SceneError, SparsePoint};
 
 /// Decodes the images and finds the points that they show; images that cannot be used are left out, up to
@@ -34,62 +32,22 @@ pub(super) fn decode(
     };
     // No frame lists a depth image.
     let no_depth = |_: &Listed| -> ReadDepth { Box::new(|_, _| Ok(Err(ImageError::Missing))) };
-    let decoded = read_frames(listed, placing, options, progress, no_depth, project)?;
-    let total = listed.len();
-    let (mut frames, mut errors) = (Vec::new(), Vec::new());
-    let (mut missing, mut unreadable, mut odd) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut badly_masked, mut turns) = (Vec::new(), Vec::new());
-    for (listed, decoded) in listed.iter().zip(decoded) {
-        let name = listed.name.clone();
-        match decoded {
-            Ok(mut decoded) => {
-                turns.push((name, decoded.turn));
-                decoded.frame.points = decoded.seen.points(placing.unit);
-                frames.push(decoded.frame);
-                errors.extend(decoded.seen.errors);
-            }
-            Err(ImageError::Missing) => missing.push(name),
-            Err(error) => {
-                let problems = match error {
-                    ImageError::Size(..) => &mut odd,
-                    ImageError::Mask(_) => &mut badly_masked,
-                    _ => &mut unreadable,
-                };
-                problems.push(format!("{name} ({error})"));
-            }
-        }
-    }
-    for (names, what, remedy) in [
-        (
-            &missing,
-            "of the model are missing",
-            "put the images that the model was made from there",
-        ),
-        (&unreadable, "cannot be read", "copy the capture again"),
-        (
-            &odd,
-            "have another size than their camera in the model",
-            "use the images that the model was made from, or scale the model's cameras",
-        ),
-        (
-            &badly_masked,
-            "have a mask that cannot be used",
-            "correct the masks, or remove them",
-        ),
-    ] {
-        let left_out = format!("images {what} and were left out");
-        leave_out(warnings, folder, (names, total), &left_out, |count, first| {
-            format!("{count} of {total} images {what}, first {first}; {remedy}")
-        })?;
-    }
-    warn_of_turns(warnings, &turns);
-    if frames.is_empty() {
-        refuse!(
-            folder,
-            "holds no usable image of the model; put the images that the model was made from there"
-        );
-    }
-    Ok((frames, errors))
+    let read = read_frames(listed, placing, options, progress, no_depth, project)?;
+    let unusable = Unusable {
+        images: folder,
+        depths: folder,
+        of: "of the model's",
+        remedy: "use the images that the model was made from, or copy the capture again",
+        depth: "",
+    };
+    let mut errors = Vec::new();
+    let read = keep_usable(listed, read, &unusable, warnings)?.into_iter();
+    let frames = read.map(|(mut frame, projected)| {
+        frame.points = projected.points(placing.unit);
+        errors.extend(projected.errors);
+        frame
+    });
+    Ok((frames.collect(), errors))
 }
 
 /// What an image shows of the model's points.

@@ -333,10 +333,10 @@ fn without_points_the_cameras_span_two_metres() {
 /// What opening a capture of three plain cameras says after changes to its files.
 const CHANGES: &str = r#"
 remove sparse/0/points3D.bin | 3 | no points
-remove images/b.png          | 2 | "b.png" & missing
+remove images/b.png          | 2 | "b.png" & no such file
 rgb8 images/b.png 4x3        | 2 | "b.png" & 4x3 instead of 32x24
-spoil images/b.png           | 2 | b.png & cannot be read
-remove images                | refused | images & 3 of 3 & missing & "a.png"
+spoil images/b.png           | 2 | b.png & cannot be used
+remove images                | refused | images & 3 of the model's 3 & no such file & "a.png"
 "#;
 
 #[test]

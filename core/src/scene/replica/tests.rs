@@ -171,7 +171,7 @@ traj_w_c.txt:{1,2,3,4,5,6,7,8,9,10,11,12} = nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 | 
 remove rgb/rgb_4.png                         | 11 | poses have no image & (1 in all) & frame 4
 remove rgb/rgb_{4,5}.png                     | refused | traj_w_c.txt & 12 poses & 2 of them
 traj_w_c.txt:12 =                            | 11 | without a pose & (1 in all) & rgb_11.png
-spoil rgb/rgb_7.png                          | 11 | images cannot be read & (1 in all) & rgb_7.png
+spoil rgb/rgb_7.png                          | 11 | images cannot be used & (1 in all) & rgb_7.png
 halve rgb/rgb_7.png                          | 11 | images cannot be used & (1 in all) & rgb_7.png
 spoil rgb/rgb_{0,1,2,3,4,5,6,7,8,9,10,11}.png | refused | rgb_0.png & 12 of 12
 rgb8 rgb/rgb_3.png 4x4                       | 11 | 8x6 & rgb_3.png (4x4)

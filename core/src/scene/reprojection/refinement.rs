@@ -128,7 +128,7 @@ pub fn refine(scene: &Scene, go_on: &(dyn Fn() -> bool + Sync)) -> Result<Refine
     let cameras = keyframes.iter().map(|&frame| scene.frames[frame].camera);
     let own: Vec<DAffine3> = keyframes
         .iter()
-        .map(|&frame| double(&scene.frames[frame].camera_to_world))
+        .map(|&frame| scene.frames[frame].camera_to_world.as_daffine3())
         .collect();
     let mut adjustment = Adjustment::new(cameras.collect(), own.clone(), stars);
     let before = adjustment.held_out_errors();
@@ -169,9 +169,10 @@ pub fn refine(scene: &Scene, go_on: &(dyn Fn() -> bool + Sync)) -> Result<Refine
         moved_m: middle(moved_m),
     };
     let moved = |frame: usize| {
-        let pose = double(&scene.frames[frame].camera_to_world);
+        let pose = scene.frames[frame].camera_to_world.as_daffine3();
         let nearest = (0..keyframes.len()).min_by_key(|&number| keyframes[number].abs_diff(frame));
-        single(&nearest.map_or(pose, |number| moved_like(&own[number], &refined[number], &pose)))
+        let moved = nearest.map_or(pose, |number| moved_like(&own[number], &refined[number], &pose));
+        moved.as_affine3a()
     };
     Ok(RefinedPoses {
         camera_to_world: (0..scene.frames.len()).map(moved).collect(),
@@ -184,14 +185,6 @@ fn moved_like(from: &DAffine3, to: &DAffine3, pose: &DAffine3) -> DAffine3 {
     let turn: DMat3 = to.matrix3 * from.matrix3.transpose();
     let shift = to.translation - from.translation;
     DAffine3::from_mat3_translation(turn * pose.matrix3, pose.translation + shift)
-}
-
-fn double(pose: &Affine3A) -> DAffine3 {
-    DAffine3::from_mat3_translation(pose.matrix3.as_dmat3(), pose.translation.as_dvec3())
-}
-
-fn single(pose: &DAffine3) -> Affine3A {
-    Affine3A::from_mat3_translation(pose.matrix3.as_mat3(), pose.translation.as_vec3())
 }
 
 /// The median; 0 of no values.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use image::DynamicImage;
 
-use crate::scene::error::{CameraError, ImageError};
+use crate::scene::error::ImageError;
 use crate::scene::files::decode_image;
 use crate::scene::{Camera, ColorImage, DepthMap, SceneError};
 
@@ -31,7 +31,7 @@ impl DepthCode {
 
 /// The camera of depth images of this width and height in pixels. It has the place and the direction of the colour
 /// camera.
-pub(in crate::scene) type DepthCamera = dyn Fn(u32, u32) -> Result<Camera, CameraError> + Send + Sync;
+pub(in crate::scene) type DepthCamera = dyn Fn(u32, u32) -> Result<Camera, String> + Send + Sync;
 
 /// Depth of the pixels of a frame with the camera `shown` and this colour image as ray lengths: each pixel has the step
 /// that the depth image has in the direction of its centre, as a mean across a border would be a surface that is not
@@ -55,11 +55,11 @@ pub(super) fn decode_depth(
     let own = match own {
         Some(camera) => camera(width, height),
         None => shown.resized(width, height).ok_or_else(|| {
-            CameraError::NotGiven(format!(
+            format!(
                 "has {width}x{height} pixels, which is another shape than that of its colour image, {}x{}; register \
                  depth to colour and save it in the same proportions",
                 shown.width, shown.height
-            ))
+            )
         }),
     };
     let own = own.map_err(|error| SceneError::file(path, error))?;

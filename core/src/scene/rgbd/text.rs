@@ -5,11 +5,11 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::scene::camera::{image_size, rigid};
-use crate::scene::error::{PoseError, refusal, refuse};
+use crate::scene::error::{LAST_ROW, refusal, refuse};
 use crate::scene::{Camera, SceneError};
 
 /// Camera-to-world of a 4x4 matrix, row by row, or what is wrong with it.
-pub(in crate::scene) fn pose_of(v: &[f64; 16]) -> Result<DAffine3, PoseError> {
+pub(in crate::scene) fn pose_of(v: &[f64; 16]) -> Result<DAffine3, &'static str> {
     let pose = rigid(DAffine3::from_mat3_translation(
         DMat3::from_cols_array(&[v[0], v[4], v[8], v[1], v[5], v[9], v[2], v[6], v[10]]),
         DVec3::new(v[3], v[7], v[11]),
@@ -18,7 +18,7 @@ pub(in crate::scene) fn pose_of(v: &[f64; 16]) -> Result<DAffine3, PoseError> {
     if last_row.iter().all(|v| v.abs() < 1e-6) {
         Ok(pose)
     } else {
-        Err(PoseError::LastRow)
+        Err(LAST_ROW)
     }
 }
 
@@ -26,7 +26,7 @@ pub(in crate::scene) fn pose_of(v: &[f64; 16]) -> Result<DAffine3, PoseError> {
 ///
 /// # Errors
 /// A file that holds something else.
-pub(in crate::scene) fn read_pose(path: &Path) -> Result<Result<DAffine3, PoseError>, SceneError> {
+pub(in crate::scene) fn read_pose(path: &Path) -> Result<Result<DAffine3, &'static str>, SceneError> {
     const FORM: &str = "write four lines of four numbers, the camera-to-world matrix";
     let rows = parse_numbers(path, &read_text(path)?)?;
     if let Some((line, row)) = rows.iter().find(|(_, row)| row.len() != 4) {

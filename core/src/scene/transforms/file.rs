@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
 
 use crate::scene::camera::rigid;
-use crate::scene::error::{CameraError, PoseError, refusal, refuse};
+use crate::scene::error::{LAST_ROW, refusal, refuse};
 use crate::scene::{Camera, Distortion, Lens, SceneError};
 
 /// The camera models whose images are those of a pinhole camera up to k1, k2, p1 and p2.
@@ -128,15 +128,14 @@ impl Transforms {
     ///
     /// # Errors
     /// What is wrong with it, and what to do.
-    pub fn lens(&self, entry: &Entry, [width, height]: [f64; 2]) -> Result<(Lens, Camera), CameraError> {
-        let unusable = |reason: String| Err(CameraError::NotGiven(reason));
+    pub fn lens(&self, entry: &Entry, [width, height]: [f64; 2]) -> Result<(Lens, Camera), String> {
         let (own, shared) = (&entry.own, &self.shared);
         if own.is_fisheye.or(shared.is_fisheye) == Some(true) {
-            return unusable("it has a fisheye lens (is_fisheye); undistort the images first".to_owned());
+            return Err("it has a fisheye lens (is_fisheye); undistort the images first".to_owned());
         }
         let model = own.camera_model.as_deref().or(shared.camera_model.as_deref());
         if let Some(model) = model.filter(|model| !CAMERA_MODELS.contains(model)) {
-            return unusable(format!(
+            return Err(format!(
                 "it has the camera model {}; undistort the images first, or use {}",
                 model.escape_debug().take(40).collect::<String>(),
                 CAMERA_MODELS.join(", ")
@@ -145,14 +144,14 @@ impl Transforms {
         let given = |value: fn(&Intrinsics) -> Option<f64>| value(own).or_else(|| value(shared));
         let or_zero = |value| given(value).unwrap_or(0.0);
         if or_zero(|own| own.k3) != 0.0 || or_zero(|own| own.k4) != 0.0 {
-            return unusable(
+            return Err(
                 "its k3 or k4 is not 0, and only k1, k2, p1 and p2 can be undone; undistort the images \
                         first, or calibrate without k3 and k4"
                     .to_owned(),
             );
         }
         if width.fract() != 0.0 || height.fract() != 0.0 || width < 1.0 || height < 1.0 {
-            return unusable(format!(
+            return Err(format!(
                 "{width} x {height} is not an image size in pixels; correct w and h, or remove them"
             ));
         }
@@ -162,7 +161,7 @@ impl Transforms {
         let along_x = along_x(own).or_else(|| along_x(shared));
         let along_y = along_y(own).or_else(|| along_y(shared));
         let (Some(fx), Some(fy)) = (along_x.or(along_y), along_y.or(along_x)) else {
-            return unusable("it has no focal length; give fl_x or camera_angle_x".to_owned());
+            return Err("it has no focal length; give fl_x or camera_angle_x".to_owned());
         };
         let cx = given(|own| own.cx).unwrap_or(0.5 * width);
         let cy = given(|own| own.cy).unwrap_or(0.5 * height);
@@ -173,7 +172,7 @@ impl Transforms {
             or_zero(|own| own.p2),
         ]);
         Lens::checked([width as u64, height as u64], [fx, fy, cx, cy], distortion)
-            .or_else(|error| unusable(format!("{error}; calibrate it anew")))
+            .map_err(|error| format!("{error}; calibrate it anew"))
     }
 }
 
@@ -189,13 +188,13 @@ fn focal(length: Option<f64>, angle: Option<f64>, size: f64) -> Option<f64> {
 }
 
 /// The pose of a camera-to-world matrix, three or four rows, with OpenGL's camera axes; or what is wrong with it.
-pub(in crate::scene) fn pose_of_open_gl<R: AsRef<[f64]>>(rows: &[R]) -> Result<DAffine3, PoseError> {
+pub(in crate::scene) fn pose_of_open_gl<R: AsRef<[f64]>>(rows: &[R]) -> Result<DAffine3, &'static str> {
     let rows: Vec<&[f64]> = rows.iter().map(AsRef::as_ref).collect();
     if !(3..=4).contains(&rows.len()) || rows.iter().any(|row| row.len() != 4) {
-        return Err(PoseError::Shape);
+        return Err("it is not a matrix of 4 x 4 numbers");
     }
     if rows.get(3).is_some_and(|row| **row != [0.0, 0.0, 0.0, 1.0]) {
-        return Err(PoseError::LastRow);
+        return Err(LAST_ROW);
     }
     let column = |column: usize| DVec3::new(rows[0][column], rows[1][column], rows[2][column]);
     // OpenGL's cameras look along -z with y up, OpenCV's along z with y down.

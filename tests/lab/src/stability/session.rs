@@ -136,7 +136,7 @@ fn edit_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<
                 history.add_stroke(stroke);
             }
             5 => {
-                history.erase(frame, &[point], 20);
+                history.erase_where(frame, &[point], 20, |_| true);
             }
             6..=7 => {
                 history.undo();
