@@ -350,7 +350,7 @@ mod tests {
             capture("/captures/room", true, true),
             capture("/captures/photos", false, false),
         ];
-        for (quick, count) in [(false, 23), (true, 16)] {
+        for (quick, count) in [(false, 22), (true, 15)] {
             let steps = steps(&captures, quick);
             let folders: BTreeSet<&str> = steps.iter().map(|step| step.folder.as_str()).collect();
             assert_eq!((folders.len(), steps.len()), (count, count));
