@@ -4,9 +4,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use glam::Vec3;
+use rayon::prelude::*;
+
 use super::{NO_NODE, Node};
 use crate::labels::{ClassId, VOID};
-use crate::scene::{ColorImage, DepthMap, Frame};
+use crate::scene::{DepthMap, Frame};
 
 /// Pixels of the window to each side.
 const REACH: usize = 2;
@@ -40,24 +43,31 @@ pub(super) fn nodes_at_borders(
     // Pixels without a node have no class.
     let class = |&node: &u32| labels.get(node as usize).copied().unwrap_or(VOID);
     let classes: Vec<ClassId> = shown.iter().map(class).collect();
+    let (color, center) = (frame.color(), frame.center());
+    // Measured, or that of the node's centre.
+    let length = |pixel: usize| {
+        let of_node = || Some(nodes.get(shown[pixel] as usize)?.position.distance(center));
+        depth.ray_length(pixel).or_else(of_node).unwrap_or(f32::NAN)
+    };
+    let sights = (0..shown.len()).map(|pixel| (color.color(pixel), length(pixel)));
     let around = Around {
-        frame,
-        color: frame.color(),
-        depth,
-        nodes,
+        sights: sights.collect(),
         shown,
         classes: &classes,
         width: frame.camera.width as usize,
         height: frame.camera.height as usize,
     };
-    let mut refined = shown.to_vec();
-    let mut votes = Vec::new();
-    for (pixel, is_beside) in around.beside_borders().into_iter().enumerate() {
-        if is_beside && shown[pixel] != NO_NODE {
-            refined[pixel] = around.node_of(pixel, &mut votes);
-        }
-    }
-    refined
+    let beside = around.beside_borders();
+    let node = |(pixel, &own): (usize, &u32)| match beside[pixel] && own != NO_NODE {
+        true => around.node_of(pixel),
+        false => own,
+    };
+    shown
+        .par_iter()
+        .enumerate()
+        .with_min_len(4096)
+        .map(node)
+        .collect()
 }
 
 /// The votes of a window's pixels for one class.
@@ -71,10 +81,8 @@ struct Vote {
 
 /// A frame and what its pixels show.
 struct Around<'a> {
-    frame: &'a Frame,
-    color: Arc<ColorImage>,
-    depth: Arc<DepthMap>,
-    nodes: &'a [Node],
+    /// The colour of every pixel, and its ray length in metres, which counts where it has a node.
+    sights: Vec<(Vec3, f32)>,
     /// The node of every pixel, and its class.
     shown: &'a [u32],
     classes: &'a [ClassId],
@@ -110,19 +118,17 @@ impl Around<'_> {
         beside
     }
 
-    /// The node that a pixel takes its class from; `votes` is room to work in.
-    fn node_of(&self, pixel: usize, votes: &mut Vec<Vote>) -> u32 {
-        votes.clear();
+    /// The node that a pixel takes its class from.
+    fn node_of(&self, pixel: usize) -> u32 {
         let own = self.shown[pixel];
         // First, so that it wins where votes are equal.
-        votes.push(Vote {
+        let mut votes = vec![Vote {
             class: self.classes[pixel],
             sum: 0.0,
             most: f32::INFINITY,
             node: own,
-        });
-        let color = self.color.color(pixel);
-        let length = self.length(pixel);
+        }];
+        let (color, length) = self.sights[pixel];
         let per_length = (LENGTH * length).recip();
         let (column, row) = (pixel % self.width, pixel / self.width);
         for y in row.saturating_sub(REACH)..(row + REACH + 1).min(self.height) {
@@ -133,8 +139,9 @@ impl Around<'_> {
                     continue;
                 }
                 let pixels = (x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2)) as f32 / PIXELS.powi(2);
-                let colors = (self.color.color(other) - color).length_squared() / COLOR.powi(2);
-                let lengths = ((self.length(other) - length) * per_length).powi(2);
+                let (other_color, other_length) = self.sights[other];
+                let colors = (other_color - color).length_squared() / COLOR.powi(2);
+                let lengths = ((other_length - length) * per_length).powi(2);
                 let weight = (-0.5 * (pixels + colors + lengths.min(2.0 * MOST_FOR_LENGTH))).exp();
                 let class = self.classes[other];
                 match votes.iter_mut().find(|vote| vote.class == class) {
@@ -157,21 +164,13 @@ impl Around<'_> {
         let largest = votes.iter().rev().max_by(|a, b| a.sum.total_cmp(&b.sum));
         largest.map_or(own, |vote| vote.node)
     }
-
-    /// Ray length of a pixel with a node: measured, or that of the node's centre.
-    fn length(&self, pixel: usize) -> f32 {
-        self.depth.ray_length(pixel).unwrap_or_else(|| {
-            let position = self.nodes[self.shown[pixel] as usize].position;
-            position.distance(self.frame.center())
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
     use crate::scene::testing::wall;
+    use crate::scene::{ColorImage, Scene};
     use crate::semantics::testing::{loose, node};
     use crate::semantics::{NodeMap, Surface};
 
