@@ -345,7 +345,8 @@ impl Canvas {
         }
         self.covered = split::show(ui, rect, (&model.settings, model.is_compared()), commands);
         InputOrder::set_canvas(ui.ctx(), Some(rect), &self.covered);
-        let rests = self.rests(workspace, hover);
+        // Wherever it is: at first nothing may be under it yet.
+        let rests = self.rests(workspace, ui.input(|input| input.pointer.latest_pos()));
         let on_image = |position: &Pos2| !self.covered.iter().any(|rect| rect.contains(*position));
         if let Some(position) = hover.filter(on_image) {
             self.pointed_at = placement.pixel_at(position);

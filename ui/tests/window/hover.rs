@@ -117,6 +117,12 @@ fn a_pointer_that_rests_while_keys_answer_suggestions_outlines_nothing() {
     assert_eq!(asked(&window).len(), 0);
     window.hover(window.canvas(40.0, 0.0));
     assert_eq!(asked(&window).len(), 1, "it points at something");
+    window.key(Key::Escape);
+    window.key(Key::V);
+    assert_eq!(asked(&window).len(), 0);
+    window.act(Command::GoToSuggestion(0));
+    window.key(Key::V);
+    assert_eq!(asked(&window).len(), 0, "it rested over the 3D view, too");
 }
 
 #[test]
