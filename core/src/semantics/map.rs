@@ -260,6 +260,17 @@ impl FrameMap {
         }
     }
 
+    /// The same map by the posterior of all nodes, in which those that the frame shows are as they were.
+    pub(super) fn on_whole(mut self, posterior: Arc<Posterior>) -> Self {
+        if let MapPixels::Listed {
+            source: Some(shown), ..
+        } = &mut self.pixels
+        {
+            (shown.posterior, shown.is_whole) = (posterior, true);
+        }
+        self
+    }
+
     pub(super) fn pixels(&self) -> &MapPixels {
         &self.pixels
     }

@@ -88,32 +88,30 @@ impl LabelPropagation {
     }
 
     /// The same, and tells the map of a frame as soon as what it shows is known, before the rest of the scene is. That map
-    /// has no [surface](FrameMap::surface) yet. Nothing is told where all had to be computed, or where imported images
-    /// count: they are read across frames.
+    /// has no [surface](FrameMap::surface) yet; returned is the same with it. Nothing is told where all had to be computed,
+    /// or where imported images count: they are read across frames.
     pub fn set_labels_seen_in(
         &mut self,
         (scene, labels): (&Arc<Scene>, &LabelSet),
         (frame, generation): (usize, u64),
         tell: impl FnOnce(FrameMap),
-    ) {
-        let Some(changed) = self.spread(scene, labels) else {
-            return;
-        };
+    ) -> Option<FrameMap> {
+        let changed = self.spread(scene, labels)?;
         if self.import.is_some() {
             self.update(&changed);
-            return;
+            return None;
         }
         let is_shown = self.shown_in(frame);
         let (seen, others): (Vec<u32>, Vec<u32>) = changed.iter().partition(|&&node| is_shown[node as usize]);
         self.update(&seen);
         let mut map = self.on_surface(scene, frame, Arc::clone(&self.posterior));
         map.is_whole = false;
-        tell(
-            FrameMap::on_surface((frame, generation), map)
-                .looked_up()
-                .into_owned(),
-        );
+        let map = FrameMap::on_surface((frame, generation), map)
+            .looked_up()
+            .into_owned();
+        tell(map.clone());
         self.update(&others);
+        Some(map.on_whole(Arc::clone(&self.posterior)))
     }
 
     /// Spreads these labels in place of those before; returns the nodes whose classes then have to be updated, ascending,

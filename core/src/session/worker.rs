@@ -55,6 +55,8 @@ pub(super) struct Worker<'a> {
     rendering: Option<ViewRendering>,
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
+    /// The map of a stale frame that has been told before the rest of the scene followed.
+    seen: Option<FrameMap>,
     suggestions_due: bool,
     suggesting: Option<Background<Vec<Suggestion>>>,
     /// The frames that suggestions are shown in; `None` = all.
@@ -123,6 +125,7 @@ impl<'a> Worker<'a> {
             looked_up: None,
             rendering: None,
             stale: VecDeque::new(),
+            seen: None,
             suggestions_due: false,
             suggesting: None,
             suggest_on: None,
@@ -163,12 +166,13 @@ impl Worker<'_> {
                 self.check_anew();
                 if let Some(propagation) = &mut self.propagation {
                     let said = (&self.scene, &self.labels);
-                    timed(&mut self.seconds.semantics, || {
+                    let seen = timed(&mut self.seconds.semantics, || {
                         propagation.set_labels_seen_in(said, (self.view, generation), |map| {
                             self.outbox.publish(map);
-                        });
+                        })
                     });
                     self.refresh_all();
+                    self.seen = seen;
                 }
                 self.import_if_due();
             }

@@ -5,9 +5,7 @@ use std::time::{Duration, Instant};
 
 use candle_core::Device;
 use candle_core::safetensors::load_buffer;
-use glam::Vec3;
-use rand::seq::IndexedRandom;
-use rand::{Rng, SeedableRng, rngs::SmallRng};
+use rand::{SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -272,8 +270,13 @@ fn taught_by_noise(
         while seconds < mark {
             let start = Instant::now();
             let seed = seed ^ (semantics.steps(SemanticPart::Residual) << 1);
-            let soft = voted_places(&votes, surface, seed);
-            let rays = voted_rays(&votes, surface, scene, &truth.train, seed);
+            // Weighted by the number of votes, so that the cross-entropy is that with all the single votes; rays hit a
+            // voxel in proportion to its votes already.
+            let place = |node: usize| votes.shares(node);
+            let soft = SoftTargets::at_random(surface, (PLACES, seed), 0.5 * surface.voxel, place);
+            let ray = |node: usize| Some((1.0, votes.shares(node)?.1));
+            let on = (&**surface, &**scene);
+            let rays = RayTargets::at_random(on, &truth.train, (RAYS, seed), ray);
             let sampling = sampling(trainer, Some(seed));
             for part in [SemanticPart::Appearance, SemanticPart::Residual] {
                 let radiance = (field, trainer.occupancy());
@@ -284,53 +287,6 @@ fn taught_by_noise(
         points.extend(measured.field_points(&semantics, trainer, mark)?);
     }
     Ok(points)
-}
-
-/// Random points in the voxels with the shares of their votes, weighted by the number of votes. The cross-entropy is
-/// then that with all the single votes.
-fn voted_places(votes: &NodeVotes, surface: &Surface, seed: u64) -> SoftTargets {
-    let mut targets = SoftTargets::default();
-    let nodes = surface.graph.nodes();
-    let mut rng = SmallRng::seed_from_u64(seed);
-    for _ in 0..PLACES {
-        let node = rng.random_range(0..nodes.len());
-        let offset = Vec3::from([(); 3].map(|()| rng.random_range(-1.0..=1.0)));
-        if let Some((count, shares)) = votes.shares(node) {
-            let position = nodes[node].position + 0.5 * surface.voxel * offset;
-            targets.positions.push(position);
-            targets.weights.push(count);
-            targets.probabilities.extend(shares);
-        }
-    }
-    targets
-}
-
-/// The same for rays without length through random pixels of these keyframes. They hit a voxel in proportion to its votes
-/// already, so that they need no weight.
-fn voted_rays(
-    votes: &NodeVotes,
-    surface: &Surface,
-    scene: &Scene,
-    frames: &[usize],
-    seed: u64,
-) -> RayTargets {
-    let mut targets = RayTargets::default();
-    let mut rng = SmallRng::seed_from_u64(seed ^ 0x7a45);
-    for _ in 0..RAYS {
-        let Some(&number) = frames.choose(&mut rng) else {
-            break;
-        };
-        let frame = &scene.frames[number];
-        let pixel = rng.random_range(0..frame.camera.pixels());
-        let node = surface.pixels[number].node(pixel);
-        if let Some((_, shares)) = node.and_then(|node| votes.shares(node as usize)) {
-            let ray = Ray::through(frame, pixel);
-            targets.rays.push(Ray { length: None, ..ray });
-            targets.weights.push(1.0);
-            targets.probabilities.extend(shares);
-        }
-    }
-    targets
 }
 
 /// Gives a session that knows its geometry all clicks at once and measures, while it goes on training, its

@@ -19,6 +19,7 @@ impl Worker<'_> {
         self.stale = (0..self.scene.frames.len()).collect();
         self.suggestions_due = false;
         self.suggesting = None;
+        self.seen = None;
         self.sort_stale();
     }
 
@@ -39,6 +40,10 @@ impl Worker<'_> {
         }
         let start = Instant::now();
         while let Some(frame) = self.stale.pop_front() {
+            if let Some(seen) = self.seen.take_if(|seen| seen.frame == frame) {
+                self.outbox.keep(seen);
+                continue;
+            }
             let map = propagation.map(&self.scene, frame, self.generation);
             // The map in view is looked up here, so that the thread that shows it does not have to.
             let is_in_view = frame == self.view;

@@ -19,8 +19,8 @@ impl Model {
         self.keep(edit.map(Step::Do));
     }
 
-    /// Adds a stroke of the current class, whatever class it has, and keeps the edit; returns whether no lock refuses it.
-    /// Without a class it waits for the name of the first one.
+    /// Adds a stroke, as one of the current class, and keeps the edit; `false` where a lock refuses it, or where it waits for
+    /// the name of the first class.
     pub(crate) fn label(&mut self, mut stroke: Stroke) -> bool {
         let Some(workspace) = self.state.workspace() else {
             return false;

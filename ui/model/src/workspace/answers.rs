@@ -29,7 +29,10 @@ impl Workspace {
                     self.show_suggestion(index);
                 }
             }
-            Event::AllMaps { generation } => self.followed = Some(generation),
+            Event::AllMaps { generation } => {
+                self.followed = Some(generation);
+                self.take_surface(self.frame_index);
+            }
             Event::Status(status) => {
                 let strokes = self.document.labels().strokes.len();
                 let accuracy = self.overview.accuracy;
