@@ -19,8 +19,8 @@ pub(super) struct Doubts {
 }
 
 impl Doubts {
-    /// Compares the labels with those that the edits lead to: taken back to the first, done to the last, and taken back as
-    /// far as they are undone.
+    /// Compares the labels with those that the edits lead to when all are undone, all redone, and those after the cursor
+    /// undone again.
     pub(super) fn of(history: &History) -> Self {
         let mut replayed = history.clone();
         while replayed.undo().is_some() {}

@@ -19,7 +19,7 @@ use crate::versioned::{Version, Versioned};
 const GENERATION: u64 = 1;
 /// How often a person's wish to stop is looked at.
 const TICK: Duration = Duration::from_millis(50);
-/// What nobody reads, since the one who stops it waits for it no more.
+/// Shown to nobody: whoever stops the reading no longer waits for it.
 const STOPPED: &str = "The reading of the other project was stopped.";
 /// Frames that are compared at once, so that what is known of them comes soon.
 const AT_ONCE: usize = 8;
