@@ -12,8 +12,9 @@ use serde::de::DeserializeOwned;
 use super::metrics::Borders;
 use super::{ConfusionMatrix, Failure, Scores, unusable_file, unusable_scene};
 use crate::simulate::Click;
-use inplace_core::labels::{self, ClassId, Stroke, VOID, decode_gray, read_strokes};
-use inplace_core::scene::{Frame, Scene, SceneSource, demo::Shot};
+use inplace_core::labels::{self, Class, ClassId, Stroke, VOID, decode_gray, parse_class_list, read_strokes};
+use inplace_core::scene::demo::{self, Shot};
+use inplace_core::scene::{Frame, Scene, SceneSource};
 use inplace_core::scene::{frame_number, label_images, numbered_images};
 use inplace_core::semantics::FrameMap;
 use inplace_core::session::Client;
@@ -92,6 +93,8 @@ pub(super) fn read_json<T: DeserializeOwned>(path: &Path, expected: &str) -> Res
 /// A capture's own clicks, beside its images, and the folder of label images that were made by hand and only measure.
 const CLICKS: &str = "clicks.json";
 const BY_HAND: &str = "hand_labels";
+/// The file that lists a capture's classes.
+const CLASSES: &str = "classes.json";
 
 /// The label images of a scene's frames, and which of them labels may be taken from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -102,6 +105,8 @@ pub struct SceneTruth {
     pub train: Vec<usize>,
     /// Indices of the frames that are only measured on, ascending; all of them have a label image.
     pub test: Vec<usize>,
+    /// The classes that the capture lists: what an annotator calls them tells things from stuff.
+    pub listed: Vec<Class>,
     /// The clicks that a capture brings along whose training frames have no label images.
     pub clicks: Vec<Click>,
 }
@@ -160,6 +165,7 @@ impl SceneTruth {
                     train: among(&split.train),
                     test: among(&split.test),
                     images,
+                    listed: classes_listed_in(folder)?,
                     clicks: Vec::new(),
                 }
             }
@@ -174,13 +180,15 @@ impl SceneTruth {
             if !path.is_file() {
                 return Err(without(scene, "train"));
             }
-            let strokes = read_strokes(&path, scene)?.strokes.into_values();
+            let labels = read_strokes(&path, scene)?;
+            let strokes = labels.strokes.into_values();
             let click = |stroke: Arc<Stroke>| {
                 let (frame, class) = (stroke.frame, stroke.class);
                 let pixel = stroke.first_point()?;
                 Some(Click { frame, pixel, class })
             };
             truth.clicks = strokes.filter_map(click).collect();
+            truth.listed = labels.classes;
         }
         Ok(truth)
     }
@@ -196,6 +204,7 @@ impl SceneTruth {
             images: frames.map(image).enumerate().collect(),
             train,
             test,
+            listed: demo::classes(),
             clicks: Vec::new(),
         }
     }
@@ -264,6 +273,17 @@ impl SceneTruth {
     }
 }
 
+/// The classes in `classes.json` of a capture's folder; none without the file.
+fn classes_listed_in(folder: &Path) -> Result<Vec<Class>, Failure> {
+    let path = folder.join(CLASSES);
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = fs::read_to_string(&path).map_err(|error| error.to_string());
+    text.and_then(|text| parse_class_list(&text))
+        .map_err(|reason| unusable_file(&path, format!("is no list of classes: {reason}")))
+}
+
 /// Some frames of the split have no truth.
 fn without(scene: &Scene, of: &str) -> Failure {
     let reason = format!(
@@ -298,6 +318,7 @@ mod tests {
             (vec![0, 2, 4], vec![1, 3, 5])
         );
         assert_eq!(truth.classes(), [1, 2]);
+        assert_eq!(truth.listed[1].name, "bright");
         let half = |frame: usize| [&truth.images[&frame].labels[..64 * 24], &[VOID; 64 * 24]].concat();
         assert_eq!(truth.scores(&truth.test, half).unwrap().total_accuracy, 0.5);
 

@@ -138,9 +138,14 @@ impl<'a> Annotator<'a> {
         Some(Click { frame, pixel, class })
     }
 
-    /// The clicks as strokes, later ones over earlier ones.
+    /// The clicks as strokes of classes with their true names, later ones over earlier ones.
     pub fn labels(&self, clicks: &[Click]) -> LabelSet {
-        let class = |&id: &ClassId| Class::new(id, format!("class {id}"));
+        let class = |&id: &ClassId| {
+            let listed = self.truth.listed.iter().find(|class| class.id == id);
+            listed
+                .cloned()
+                .unwrap_or_else(|| Class::new(id, format!("class {id}")))
+        };
         let mut labels = LabelSet::of_classes(self.classes.iter().map(class).collect());
         for click in clicks {
             let stroke = Stroke::click(click.frame, click.class, click.pixel);
@@ -185,6 +190,7 @@ pub(super) mod tests {
             images: (0..4).map(|frame| (frame, image(frame))).collect(),
             train: vec![0, 2],
             test: vec![1, 3],
+            listed: vec![Class::new(2, "floor")],
             clicks: Vec::new(),
         }
     }
@@ -203,7 +209,13 @@ pub(super) mod tests {
             assert_eq!(annotator.answer(click.frame, click.pixel), Some(*click));
         }
         assert!(clicks.iter().any(|click| click.frame == 0));
-        assert_eq!(annotator.labels(&clicks).strokes.len(), 15);
+        let labels = annotator.labels(&clicks);
+        assert_eq!(labels.strokes.len(), 15);
+        let named = labels
+            .classes
+            .iter()
+            .map(|class| (class.name.as_str(), class.thing));
+        assert!(named.eq([("class 1", true), ("floor", false), ("class 7", true)]));
     }
 
     #[test]
