@@ -104,6 +104,7 @@ impl Panels {
     ) {
         let window = ui.ctx().content_rect().size();
         let shown = |pane| model.preferences.layout.shows(pane, window);
+        self.hints.update(model, workspace, commands);
         let before = Pane::ALL.map(shown);
         let [mut classes, mut side, mut frames, training, strokes] = before;
         egui::Panel::left("classes")
@@ -137,9 +138,12 @@ impl Panels {
                     .show(ui, |ui| sides(ui, model, commands));
                 egui::CentralPanel::default()
                     .frame(panel_frame(12, 12))
-                    .show(ui, |ui| match model.side {
-                        Side::LabelNext => self.suggestions.show(ui, workspace, commands),
-                        Side::Progress => self.progress.show(ui, workspace, commands),
+                    .show(ui, |ui| {
+                        self.hints.in_panel(ui, model, workspace, commands);
+                        match model.side {
+                            Side::LabelNext => self.suggestions.show(ui, workspace, commands),
+                            Side::Progress => self.progress.show(ui, workspace, commands),
+                        }
                     });
             });
         egui::Panel::bottom("filmstrip")
@@ -182,10 +186,8 @@ impl Panels {
                     probe::show(ui, workspace, canvas.frame(), canvas.pointed_at);
                 });
                 over = below_menus(canvas.rect(), &model.settings);
-                if workspace.suggestions().is_active() {
-                    hints::Hints::follow_suggestions(model, commands);
-                } else {
-                    self.hints.show(ui, model, workspace, over, commands);
+                if !workspace.suggestions().is_active() {
+                    self.hints.over_canvas(ui, model, workspace, over, commands);
                 }
             }
             suggestion_bar::show(ui, workspace, over);

@@ -64,13 +64,15 @@ pub fn show(ui: &Ui, known: (&Workspace, &FrameView), side: usize, part: Part) {
     let size = vec2(width, rows.len() as f32 * LINE) + egui::Vec2::splat(2.0 * PADDING);
     let corner = part.clip.left_bottom() + vec2(theme::GAP, -theme::GAP - size.y);
     let rect = Rect::from_min_size(corner, size);
-    painter.rect_filled(rect, 6, BACKGROUND);
-    for (index, row) in rows.iter().enumerate() {
-        let top = rect.top() + PADDING + index as f32 * LINE;
-        let line = Rect::from_min_size(pos2(rect.left() + PADDING, top), vec2(width, LINE));
-        row.paint(&painter, line);
+    // What is under the legend can be seen by pointing at it, and labelled, as hovering takes no clicks.
+    if !ui.rect_contains_pointer(rect) {
+        painter.rect_filled(rect, 6, BACKGROUND);
+        for (index, row) in rows.iter().enumerate() {
+            let top = rect.top() + PADDING + index as f32 * LINE;
+            let line = Rect::from_min_size(pos2(rect.left() + PADDING, top), vec2(width, LINE));
+            row.paint(&painter, line);
+        }
     }
-    // Hovering takes no clicks: what is under the legend can be labelled.
     let words = rows.iter().map(Row::words);
     let words: Vec<&str> = words.filter(|words| !words.is_empty()).collect();
     let words = format!("{}: {}", part.layer.name(), words.join(", "));

@@ -1,55 +1,68 @@
-//! The callout over the canvas: hints for first use, and what is being waited for.
+//! Hints for first use: over the canvas for what is done there, in the panel at the right for what is listed there or
+//! lies above it. Over the canvas also what is being waited for.
 
-use egui::{Align2, Area, Id, Order, Pos2, Rect, Shape, Stroke, Ui, vec2};
-use inplace_model::hints::Hint;
-use inplace_model::hints::waits_for_surface;
+use egui::{Align2, Area, Id, Order, Rect, Stroke, Ui, vec2};
+use inplace_model::hints::{Hint, waits_for_surface};
 use inplace_model::model::Side;
-use inplace_model::preferences::{Pane, PreferenceChange};
+use inplace_model::preferences::PreferenceChange;
 use inplace_model::workspace::{Reading, Workspace};
 use inplace_model::{Command, Commands, Model};
 
+use super::parts::card;
 use crate::keys::table::{EXPORT, NEXT_SUGGESTION};
 use crate::theme;
 use crate::widgets::{Icon, icon_button};
 
 /// Distance from the edge of the canvas.
 const INSET: f32 = 12.0;
-/// Half the base, and the height, of the pointer to what is spoken of.
-const POINTER: f32 = 7.0;
-
 /// On a smaller canvas a callout would be in the way.
 const LEAST_CANVAS: egui::Vec2 = vec2(320.0, 200.0);
 
-/// Which part of the window a hint speaks of, as seen from the canvas.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Beside {
-    /// The canvas itself.
-    Here,
-    /// The panel at the right.
-    Right,
-    /// The buttons above.
-    Above,
-}
-
-/// What is said over the canvas.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Callout {
-    /// The hint, remembered once it is dismissed or followed; `None` = what is going on, said every time.
-    hint: Option<Hint>,
-    text: String,
-    /// What it speaks of.
-    beside: Beside,
-}
-
-/// The callout, and which hint it showed last.
+/// The hint that is due, and which one was shown last.
 #[derive(Debug, Default)]
 pub struct Hints {
+    due: Option<Hint>,
     shown: Option<(u64, Hint)>,
 }
 
 impl Hints {
-    /// Draws the callout that is due over the upper edge of the canvas.
-    pub fn show(
+    /// Finds out what is due; a hint that was shown and then followed is remembered, as are suggestions that somebody goes
+    /// through.
+    pub fn update(&mut self, model: &Model, workspace: &Workspace, commands: &mut Commands) {
+        let mut seen = |hint| commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
+        if let Some((scene, hint)) = self.shown {
+            let same = scene == workspace.serial;
+            let followed = !hint.applies(model, workspace);
+            if same && followed {
+                seen(hint);
+            }
+            if !same || followed {
+                self.shown = None;
+            }
+        }
+        self.due = Hint::due(model, workspace);
+        if workspace.suggestions().is_active() {
+            self.due = None;
+            if !model.preferences.hints_seen.contains(&Hint::Suggestions) {
+                seen(Hint::Suggestions);
+            }
+        }
+    }
+
+    /// Draws what is due at the top of the panel at the right.
+    pub fn in_panel(&mut self, ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
+        let listed = |hint: &Hint| *hint != Hint::Suggestions || model.side == Side::LabelNext;
+        let Some(hint) = self.due.filter(|hint| !is_of_canvas(hint) && listed(hint)) else {
+            return;
+        };
+        self.shown = Some((workspace.serial, hint));
+        let accent = Stroke::new(1.0, theme::of(ui.visuals()).accent);
+        card(ui).stroke(accent).show(ui, |ui| said(ui, &text_of(ui.ctx(), hint), Some(hint), commands));
+        ui.add_space(theme::GAP);
+    }
+
+    /// Draws what is due over the upper edge of the canvas.
+    pub fn over_canvas(
         &mut self,
         ui: &Ui,
         model: &Model,
@@ -57,143 +70,92 @@ impl Hints {
         canvas: Rect,
         commands: &mut Commands,
     ) {
-        if let Some((scene, hint)) = self.shown {
-            let same = scene == workspace.serial;
-            let followed = !hint.applies(model, workspace);
-            if same && followed {
-                commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
-            }
-            if !same || followed {
-                self.shown = None;
-            }
-        }
-        let Some(callout) = due(ui.ctx(), model, workspace) else {
-            return;
+        let hint = self.due.filter(is_of_canvas);
+        let text = match hint {
+            Some(hint) => text_of(ui.ctx(), hint),
+            None if waits_for_surface(workspace) => awaited(workspace).to_owned(),
+            None => return,
         };
-        // What is hidden cannot be pointed at.
-        let window = ui.ctx().content_rect().size();
-        let right = model.preferences.layout.shows(Pane::Suggestions, window);
-        let listed = right && model.side == Side::LabelNext;
-        let hidden = callout.beside == Beside::Right && !listed;
         let room = canvas.width() >= LEAST_CANVAS.x && canvas.height() >= LEAST_CANVAS.y;
-        if model.dialog.is_none() && room && !hidden {
-            if let Some(hint) = callout.hint {
-                self.shown = Some((workspace.serial, hint));
-            }
-            draw(ui, &callout, canvas, commands);
+        if model.dialog.is_some() || !room {
+            return;
         }
-    }
-
-    /// Someone who goes through the suggestions need not be told of them.
-    pub fn follow_suggestions(model: &Model, commands: &mut Commands) {
-        if !model.preferences.hints_seen.contains(&Hint::Suggestions) {
-            commands.push(Command::Prefer(PreferenceChange::HintSeen(Hint::Suggestions)));
-        }
-    }
-}
-
-/// What to say now: the first hint that is due, or what is being waited for.
-fn due(ctx: &egui::Context, model: &Model, workspace: &Workspace) -> Option<Callout> {
-    if let Some(hint) = Hint::due(model, workspace) {
-        // A key may have been taken away from what it did.
-        let next = NEXT_SUGGESTION.key(ctx);
-        let (text, beside) = match hint {
-            Hint::FirstClass => {
-                let click = "Click on something in the image and name its class";
-                let text = match next.as_str() {
-                    "" => click.to_owned(),
-                    key => format!("{click}, or press {key} to be shown a place"),
-                };
-                (text, Beside::Here)
-            }
-            Hint::FirstStroke => (
-                "No strokes yet: choose a class, then click or scribble on the image".to_owned(),
-                Beside::Here,
-            ),
-            Hint::Suggestions => {
-                let these = "These are the places whose label would settle most: click on one";
-                let text = match next.as_str() {
-                    "" => format!("{these} to go there"),
-                    key => format!("{these}, or press {key}"),
-                };
-                (text, Beside::Right)
-            }
-            Hint::Export => {
-                let export = EXPORT.named_as(ctx, "Export");
-                let text = format!("When the frames look right: {export} writes the labels of every frame");
-                (text, Beside::Above)
-            }
-        };
-        return Some(Callout {
-            hint: Some(hint),
-            text,
-            beside,
-        });
-    }
-    waits_for_surface(workspace).then(|| Callout {
-        hint: None,
-        text: match workspace.reading {
-            Some(Reading::Depth(_)) => {
-                "Estimating the depth of the scene; your labels spread as soon as it is known"
-            }
-            Some(Reading::Frames(..)) => {
-                "Reading the frames; your labels spread as soon as all of them are there"
-            }
-            None => "Finding the surface of the scene; your labels spread as soon as it is there",
-        }
-        .to_owned(),
-        beside: Beside::Here,
-    })
-}
-
-fn draw(ui: &Ui, callout: &Callout, canvas: Rect, commands: &mut Commands) {
-    let (pivot, corner) = match callout.beside {
-        Beside::Here => (Align2::CENTER_TOP, canvas.center_top() + vec2(0.0, INSET)),
-        Beside::Right | Beside::Above => (Align2::RIGHT_TOP, canvas.right_top() + vec2(-INSET, INSET)),
-    };
-    let shown = Area::new(Id::unique("callout"))
-        .order(Order::Middle)
-        .pivot(pivot)
-        .fixed_pos(corner)
-        .constrain_to(canvas)
-        .show(ui.ctx(), |ui| {
-            let frame = egui::Frame::popup(ui.style()).inner_margin(egui::Margin::symmetric(12, 6));
-            let frame = frame.stroke(Stroke::new(1.0, theme::of(ui.visuals()).accent));
-            frame.show(ui, |ui| {
-                ui.set_max_width((canvas.width() - 64.0).clamp(80.0, 420.0));
-                ui.horizontal(|ui| {
-                    let button = if callout.hint.is_some() { 36.0 } else { 0.0 };
-                    let room = ui.available_width() - button;
-                    ui.scope(|ui| {
-                        ui.set_max_width(room);
-                        ui.add(egui::Label::new(&callout.text).wrap().selectable(false));
-                    });
-                    if let Some(hint) = callout.hint
-                        && icon_button(ui, Icon::Close, "Dismiss hint").clicked()
-                    {
-                        commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
-                    }
+        self.shown = hint.map(|hint| (workspace.serial, hint)).or(self.shown);
+        Area::new(Id::unique("callout"))
+            .order(Order::Middle)
+            .pivot(Align2::CENTER_TOP)
+            .fixed_pos(canvas.center_top() + vec2(0.0, INSET))
+            .constrain_to(canvas)
+            // What cannot be dismissed takes no clicks from the image.
+            .interactable(hint.is_some())
+            .show(ui.ctx(), |ui| {
+                let frame = egui::Frame::popup(ui.style()).inner_margin(egui::Margin::symmetric(12, 6));
+                let frame = frame.stroke(Stroke::new(1.0, theme::of(ui.visuals()).accent));
+                frame.show(ui, |ui| {
+                    ui.set_max_width((canvas.width() - 64.0).clamp(80.0, 420.0));
+                    said(ui, &text, hint, commands);
                 });
             });
+    }
+}
+
+/// Whether a hint speaks of what is done on the canvas.
+fn is_of_canvas(hint: &Hint) -> bool {
+    matches!(hint, Hint::FirstClass | Hint::FirstStroke)
+}
+
+/// A text, and beside it what dismisses the hint.
+fn said(ui: &mut Ui, text: &str, hint: Option<Hint>, commands: &mut Commands) {
+    ui.horizontal(|ui| {
+        let button = if hint.is_some() { 36.0 } else { 0.0 };
+        let room = ui.available_width() - button;
+        ui.scope(|ui| {
+            ui.set_max_width(room);
+            ui.add(egui::Label::new(text).wrap().selectable(false));
         });
-    let box_ = shown.response.rect;
-    let tip = match callout.beside {
-        Beside::Here => return,
-        Beside::Right => [
-            box_.right_center() + vec2(0.0, -POINTER),
-            box_.right_center() + vec2(POINTER, 0.0),
-            box_.right_center() + vec2(0.0, POINTER),
-        ],
-        Beside::Above => {
-            let foot: Pos2 = box_.right_top() - vec2(24.0, 0.0);
-            [
-                foot + vec2(-POINTER, 0.0),
-                foot - vec2(0.0, POINTER),
-                foot + vec2(POINTER, 0.0),
-            ]
+        if let Some(hint) = hint
+            && icon_button(ui, Icon::Close, "Dismiss hint").clicked()
+        {
+            commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
         }
-    };
-    let color = theme::of(ui.visuals()).accent;
-    let painter = ui.ctx().layer_painter(shown.response.layer_id);
-    painter.add(Shape::convex_polygon(tip.to_vec(), color, Stroke::NONE));
+    });
+}
+
+fn text_of(ctx: &egui::Context, hint: Hint) -> String {
+    // A key may have been taken away from what it did.
+    let next = NEXT_SUGGESTION.key(ctx);
+    match hint {
+        Hint::FirstClass => {
+            let click = "Click on something in the image and name its class";
+            match next.as_str() {
+                "" => click.to_owned(),
+                key => format!("{click}, or press {key} to be shown a place"),
+            }
+        }
+        Hint::FirstStroke => "No strokes yet: choose a class, then click or scribble on the image".to_owned(),
+        Hint::Suggestions => {
+            let these = "These are the places whose label would settle most: click on one";
+            match next.as_str() {
+                "" => format!("{these} to go there"),
+                key => format!("{these}, or press {key}"),
+            }
+        }
+        Hint::Export => {
+            let export = EXPORT.named_as(ctx, "Export");
+            format!("When the frames look right: {export} writes the labels of every frame")
+        }
+    }
+}
+
+/// What labels wait for.
+fn awaited(workspace: &Workspace) -> &'static str {
+    match workspace.reading {
+        Some(Reading::Depth(_)) => {
+            "Estimating the depth of the scene; your labels spread as soon as it is known"
+        }
+        Some(Reading::Frames(..)) => {
+            "Reading the frames; your labels spread as soon as all of them are there"
+        }
+        None => "Finding the surface of the scene; your labels spread as soon as it is there",
+    }
 }

@@ -139,6 +139,17 @@ fn each_hint_is_shown_once_and_all_of_them_again_when_asked_for() {
     window.sees(second);
     window.click_canvas(0.0, 0.0);
     window.misses(second);
+
+    // What speaks of the list stands above it and covers no image.
+    let third = "These are the places whose label would settle most: click on one, or press N";
+    let generation = window.generation();
+    window.suggest(generation, vec![suggestion(1)]);
+    let (hint, list) = (window.rect(third), window.rect("Go to suggestion 1"));
+    let image = window.rect(inplace_ui::canvas::CANVAS_NAME);
+    assert!(hint.left() > image.right() && hint.bottom() < list.top());
+    window.key(Key::N);
+    window.misses(third);
+    assert!(window.model().preferences.hints_seen.contains(&Hint::Suggestions));
 }
 
 #[test]
