@@ -81,8 +81,8 @@ pub struct FrameFeatures {
 /// Features of a scene's images, reduced to their principal components.
 #[derive(Clone, Debug)]
 pub struct ImageFeatures {
-    /// With the index of the frame, ascending.
-    frames: Vec<(usize, FrameFeatures)>,
+    /// Those of the frames that were looked at, with the index of the frame, ascending.
+    pub frames: Vec<(usize, FrameFeatures)>,
 }
 
 impl ImageFeatures {
@@ -122,11 +122,6 @@ impl ImageFeatures {
             .map(|&frame| Ok(looked_at(frame)?.map(|raw| (frame, reduced(raw)))));
         let frames = frames.collect::<Result<Option<Vec<_>>, FeatureError>>()?;
         Ok(frames.map(|frames| Self { frames }))
-    }
-
-    /// The features of the frames that were looked at, with the frames' indices.
-    pub fn frames(&self) -> &[(usize, FrameFeatures)] {
-        &self.frames
     }
 }
 

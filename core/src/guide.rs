@@ -16,7 +16,7 @@ use effect::{Context, Effect, EffectSearch};
 
 use crate::labels::{ClassId, ObjectId, Pixel, VOID};
 use crate::scene::Scene;
-use crate::semantics::{ENTROPY_STEPS_PER_NAT, LabelPropagation, NO_NODE, NodeCells};
+use crate::semantics::{LabelPropagation, NO_NODE, NodeCells, Weights};
 
 /// A place to label next.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,8 +29,6 @@ pub struct Suggestion {
     pub position: Vec3,
     /// Outline of the region that the label would settle, a closed polygon in pixel coordinates of the frame.
     pub outline: Vec<[f32; 2]>,
-    /// Entropy at the place, in nats.
-    pub entropy: f32,
     /// Share of all pixels of all keyframes that the region covers, 0..=1.
     pub share: f32,
     /// The two most likely classes there, the likelier first; fewer where fewer are known.
@@ -88,16 +86,16 @@ pub fn suggest(
         graph.nodes()[node].pixels * weight
     };
     let position = |node: u32| graph.nodes()[node as usize].position;
-    let labels = NodeCells::new(graph.nodes(), said.clone(), 2.0 * NEAR_A_LABEL);
+    let mut open = visible(surface, only);
+    for &node in &said {
+        open[node as usize] = false;
+    }
+    let labels = NodeCells::new(graph.nodes(), said, 2.0 * NEAR_A_LABEL);
     let away = |node: u32| {
         let nearest = labels.nearest(graph.nodes(), position(node), NEAR_A_LABEL);
         let distance = nearest.map_or(NEAR_A_LABEL, |label| position(label).distance(position(node)));
         (distance / NEAR_A_LABEL).powi(2)
     };
-    let mut open = visible(surface, only);
-    for &node in &said {
-        open[node as usize] = false;
-    }
     let promise = |node: u32| match open[node as usize] {
         true => unclear[node as usize] * value(node as usize).sqrt(),
         false => 0.0,
@@ -197,7 +195,6 @@ fn describe(
                 pixel,
                 position: surface.graph.nodes()[pick as usize].position,
                 outline: outline::trace(camera.width, camera.height, pixel, inside),
-                entropy: f32::from(propagation.posterior().entropy[pick as usize]) / ENTROPY_STEPS_PER_NAT,
                 share: covered as f32 / total.max(1) as f32,
                 classes: likely(propagation, pick),
             })
@@ -213,7 +210,8 @@ fn likely(propagation: &LabelPropagation, node: u32) -> Vec<Likely> {
         posterior.labels[node as usize],
         posterior.runners_up[node as usize],
     ];
-    let probabilities = propagation.probabilities(node as usize);
+    let evidence = propagation.evidence();
+    let (probabilities, weights) = (evidence.probabilities(node as usize), Weights::new(evidence));
     let of_class = |class: ClassId| propagation.classes().iter().position(|&other| other == class);
     known
         .into_iter()
@@ -223,7 +221,7 @@ fn likely(propagation: &LabelPropagation, node: u32) -> Vec<Likely> {
             Some(Likely {
                 class,
                 probability,
-                object: propagation.nearest_object(node, class),
+                object: weights.object(node, class),
             })
         })
         .collect()

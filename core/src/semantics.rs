@@ -39,7 +39,6 @@ mod voxels;
 mod windows;
 
 pub use depth::{FieldDepth, pixel_length};
-pub use diffusion::diffuse;
 pub use geodesic::{ClassGeodesics, Geodesics};
 pub(crate) use graph::{DisjointSets, cube};
 pub use graph::{Node, SurfaceGraph};

@@ -69,7 +69,7 @@ pub(super) fn write(
         return Err(incomplete(reason.into()));
     }
     let (unit, voxel) = (labelled.scene.unit, f64::from(shape.surface.voxel));
-    let turn = levelling(shape.surface.look.vertical().as_dvec3());
+    let turn = levelling(shape.surface.look.vertical.as_dvec3());
     let level = |vertex: &Vertex| Vertex {
         position: turn * vertex.position / unit,
         normal: turn.as_mat3() * vertex.normal,

@@ -83,11 +83,8 @@ fn orthonormalise(axes: &mut [f32], dimensions: usize) {
                 .for_each(|(own, other)| *own -= along * other);
         }
         let square = dot(own, own);
-        let scale = if square > 1e-8 * was {
-            square.sqrt().recip()
-        } else {
-            0.0
-        };
+        let is_new = square > 1e-8 * was;
+        let scale = if is_new { square.sqrt().recip() } else { 0.0 };
         own.iter_mut().for_each(|own| *own *= scale);
     }
 }

@@ -85,7 +85,7 @@ impl<'a> EffectSearch<'a> {
         let mut outcomes = self.outcomes(place);
         let likeliest = posterior.labels[place as usize];
         let is_thing = evidence.likeness.map(|likeness| likeness.is_thing(likeliest));
-        let to_label = |node: u32| posterior.distances[node as usize][0];
+        let to_label = |node: u32| posterior.distances[node as usize];
         let mut effect = Effect {
             node: place,
             value: 0.0,

@@ -2,11 +2,11 @@
 //! depth tell which of them a pixel beside a border belongs to.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::windows::window;
 use super::{NO_NODE, Node};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{DepthMap, Frame};
@@ -35,7 +35,7 @@ const MOST_FOR_LENGTH: f32 = 9.0;
 /// pixel that weighs most in that class. Everywhere else, and where the class stays the same, it keeps its own node.
 pub(super) fn nodes_at_borders(
     frame: &Frame,
-    depth: Arc<DepthMap>,
+    depth: &DepthMap,
     shown: &[u32],
     nodes: &[Node],
     labels: &[ClassId],
@@ -131,8 +131,8 @@ impl Around<'_> {
         let (color, length) = self.sights[pixel];
         let per_length = (LENGTH * length).recip();
         let (column, row) = (pixel % self.width, pixel / self.width);
-        for y in row.saturating_sub(REACH)..(row + REACH + 1).min(self.height) {
-            for x in column.saturating_sub(REACH)..(column + REACH + 1).min(self.width) {
+        for y in window(row, self.height, REACH) {
+            for x in window(column, self.width, REACH) {
                 let other = y * self.width + x;
                 let node = self.shown[other];
                 if node == NO_NODE {
@@ -168,6 +168,8 @@ impl Around<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::scene::testing::wall;
     use crate::scene::{ColorImage, Scene};
@@ -209,7 +211,7 @@ mod tests {
         let frame = &scene.frames[0];
         nodes_at_borders(
             frame,
-            frame.depth().unwrap(),
+            &frame.depth().unwrap(),
             &shown,
             surface.graph.nodes(),
             labels,

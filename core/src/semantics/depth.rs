@@ -47,11 +47,8 @@ impl FieldDepth {
                 let middle = middle / stride as f32;
                 (middle - half).max(0.0) as u32..((middle + half).ceil() as u32).min(size)
             };
-            let length = if node.voxel == shell {
-                f32::INFINITY
-            } else {
-                length
-            };
+            let is_shell = node.voxel == shell;
+            let length = if is_shell { f32::INFINITY } else { length };
             for row in span(y, height) {
                 for column in span(x, width) {
                     let there = &mut lengths[(row * width + column) as usize];

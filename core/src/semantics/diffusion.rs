@@ -24,7 +24,7 @@ const BLOCK: usize = 1024;
 /// `votes` are counts `[nodes, classes]`, W is the diagonal of their sums over the classes, and L the
 /// Laplacian of the graph with weights exp(-150 |dc|^2 - 8 (1 - n n') - d^2): a random walker with a data
 /// term (Grady 2005), solved by conjugate gradients with the diagonal as preconditioner.
-pub fn diffuse(graph: &SurfaceGraph, votes: &[f32], classes: usize, strength: f32) -> Vec<f32> {
+pub(super) fn diffuse(graph: &SurfaceGraph, votes: &[f32], classes: usize, strength: f32) -> Vec<f32> {
     if classes == 0 {
         return Vec::new();
     }

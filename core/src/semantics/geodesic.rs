@@ -2,7 +2,7 @@
 //! a class a node belongs to that of the nearest labelled node, so that objects cost neither time nor memory and change
 //! nothing of the classes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -159,9 +159,7 @@ impl ClassGeodesics {
             } else {
                 field.remove(graph, removed)
             };
-            if !added.is_empty() {
-                changed.extend(field.add(graph, added));
-            }
+            changed.extend(field.add(graph, added));
             changed
         };
         let changed: Vec<Vec<u32>> = self.classes.par_iter_mut().map(of_class).collect();
@@ -170,8 +168,7 @@ impl ClassGeodesics {
             is_changed[node as usize] = true;
         }
         self.seeds = seeds;
-        let present: std::collections::BTreeSet<ClassId> =
-            self.seeds.values().map(|label| label.class).collect();
+        let present: BTreeSet<ClassId> = self.seeds.values().map(|label| label.class).collect();
         self.classes.retain(|class, _| present.contains(class));
         (0..graph.len() as u32)
             .filter(|&node| is_changed[node as usize])

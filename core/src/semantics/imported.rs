@@ -25,12 +25,12 @@ pub struct SurfaceImport {
     in_images: (BTreeSet<ClassId>, BTreeSet<ObjectId>),
     known: Known,
     /// The images without what the label set lacks.
-    shown: Arc<ImportedLabels>,
+    pub(super) shown: Arc<ImportedLabels>,
     on_nodes: NodeAnswers,
     /// The class of each node by the images; void where they say none.
     of_nodes: Vec<ClassId>,
-    /// The share of the votes that is random.
-    random_share: f32,
+    /// The share of the votes that is random, as far as it shows on the surface.
+    pub(super) random_share: f32,
 }
 
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ enum NodeAnswers {
     /// The label of each node with trusted pixels.
     Trusted(FxHashMap<u32, Label>),
     /// Class probabilities `[nodes, classes]`, times the weight that follows from the trust, and the objects.
-    Votes(Vec<f32>, Option<Arc<ObjectVotes>>),
+    Votes(Vec<f32>, Option<ObjectVotes>),
 }
 
 /// What of the images' classes and objects a label set has, too.
@@ -102,7 +102,7 @@ impl SurfaceImport {
                 *class = most_likely(&known.classes, row);
             }
             probabilities.iter_mut().for_each(|share| *share *= weight);
-            NodeAnswers::Votes(probabilities, ObjectVotes::new(surface, &seeds).map(Arc::new))
+            NodeAnswers::Votes(probabilities, ObjectVotes::new(surface, &seeds))
         };
         Some(Self {
             images,
@@ -124,16 +124,6 @@ impl SurfaceImport {
     /// Confidence, in parts of [`CERTAIN`], from which pixels keep the class of their node where the image decides.
     pub(super) fn sure(&self) -> u16 {
         (SURE * (1.0 - LESS_IF_RANDOM * self.random_share) * f32::from(CERTAIN)) as u16
-    }
-
-    /// The share of the votes that is random, as far as it shows on the surface.
-    pub(super) fn random_share(&self) -> f32 {
-        self.random_share
-    }
-
-    /// The images, without what the label set lacks.
-    pub(super) fn shown(&self) -> &ImportedLabels {
-        &self.shown
     }
 
     /// The images, where they are trusted.
@@ -160,14 +150,14 @@ impl SurfaceImport {
     pub fn objects(&self) -> Option<&ObjectVotes> {
         match &self.on_nodes {
             NodeAnswers::Trusted(..) => None,
-            NodeAnswers::Votes(_, objects) => objects.as_deref(),
+            NodeAnswers::Votes(_, objects) => objects.as_ref(),
         }
     }
 
     /// Weights of these classes at every node by votes, `[nodes, classes]`: probabilities times the weight of the
     /// images, which is 1 for [`Trust::VOTES`](crate::labels::Trust::VOTES). `None` where nothing is voted for: the images
     /// are trusted, or the label set has none of their classes.
-    pub fn votes(&self, classes: &[ClassId]) -> Option<Vec<f32>> {
+    pub fn votes(&self, classes: &[ClassId]) -> Option<Arc<[f32]>> {
         let NodeAnswers::Votes(probabilities, _) = &self.on_nodes else {
             return None;
         };

@@ -20,11 +20,8 @@ pub fn insides(values: &[u16], width: usize) -> Vec<u32> {
                 } else {
                     let before = [own - width - 1, own - width, own - width + 1, own - 1];
                     for other in before.map(|before| if back { 2 * own - before } else { before }) {
-                        let reached = if values[other] == values[own] {
-                            insides[other]
-                        } else {
-                            0
-                        };
+                        let is_same = values[other] == values[own];
+                        let reached = if is_same { insides[other] } else { 0 };
                         least = least.min(reached + 1);
                     }
                 }

@@ -85,7 +85,7 @@ impl LabelImages<'_> {
 
     /// The frame's own image.
     fn own(&self) -> Option<&ImportedMap> {
-        let own = self.import.shown().of_frame(self.number);
+        let own = self.import.shown.of_frame(self.number);
         own.filter(|image| image.pixels() == self.frame().camera.pixels())
     }
 
@@ -144,7 +144,7 @@ impl LabelImages<'_> {
         let of_others: f32 = others.iter().map(|vote| vote.weight).sum();
         let asked = wanted.iter().filter(|&&wanted| wanted).count().max(1);
         let per_pixel = own.len() as f32 / nodes.len() as f32 + of_others / asked as f32;
-        let right = per_pixel.sqrt() * (1.0 - self.import.random_share());
+        let right = per_pixel.sqrt() * (1.0 - self.import.random_share);
         let scale = (SPACINGS / right).max(PIXELS.0);
         let of_surface = SURFACE / per_pixel.sqrt();
         if !(PIXELS.0..=PIXELS.1).contains(&scale) {
@@ -264,7 +264,7 @@ impl LabelImages<'_> {
     fn others(&self) -> Vec<Labelled<'_>> {
         let view = self.frame().viewpoint();
         let apart = |other: &Frame| view.distance(&other.viewpoint());
-        let images = self.import.shown().maps.iter();
+        let images = self.import.shown.maps.iter();
         let mut others: Vec<(f32, &ImportedMap)> = images
             .filter(|image| image.frame != self.number)
             .filter_map(|image| Some((apart(self.scene.frames.get(image.frame)?), image)))

@@ -63,7 +63,7 @@ pub struct CrossValidation {
     /// The regions with labels, where looks count.
     pub(super) labelled: Option<LabelledRegions>,
     /// Class probabilities by label images that may be wrong, `[nodes, classes]`.
-    pub(super) votes: Option<Vec<f32>>,
+    pub(super) votes: Option<Arc<[f32]>>,
 }
 
 type NodesByClass = BTreeMap<ClassId, Vec<u32>>;
@@ -240,12 +240,9 @@ impl CrossValidation {
             let before = class_by(tops().filter_map(says).max());
             let strokes: BTreeSet<StrokeId> = tops().filter(|top| top.1 != VOID).map(|top| top.0).collect();
             for stroke in strokes {
-                let rest = layers.iter().filter_map(|layers| {
-                    if layers.top.0 == stroke {
-                        layers.below
-                    } else {
-                        Some(layers.top)
-                    }
+                let rest = layers.iter().filter_map(|layers| match layers.top {
+                    (top, _) if top == stroke => layers.below,
+                    top => Some(top),
                 });
                 let after = class_by(rest.filter_map(says).max());
                 if after == before {

@@ -74,7 +74,7 @@ impl LabelledRegions {
 pub struct Likeness {
     look: Arc<Look>,
     classes: Vec<ClassId>,
-    labelled: LabelledRegions,
+    pub(super) labelled: LabelledRegions,
     /// Gaps to what is labelled, row-major `[regions, classes]`.
     told: Vec<f32>,
     /// At least 1, row-major `[regions, classes]`.
@@ -103,11 +103,6 @@ impl Likeness {
     /// Whether a class is a thing and others are none.
     pub(crate) fn is_thing(&self, class: ClassId) -> bool {
         self.labelled.things.contains(&class)
-    }
-
-    /// The regions with labels.
-    pub(super) fn labelled(&self) -> &LabelledRegions {
-        &self.labelled
     }
 
     /// Follows the labels of these classes, of which some are things. Returns whether each region's factors have changed.
@@ -166,7 +161,7 @@ impl Likeness {
         let empty = || [vec![0.0; self.classes.len()], vec![0.0; self.classes.len()]];
         let likely = rows.map_init(empty, |[weights, shares], (region, stretches)| {
             shares.fill(0.0);
-            let samples = self.look.samples(region);
+            let samples = &self.look.samples[region];
             for &node in samples {
                 fill_weights(&fields, node as usize, Some(stretches), None, weights);
                 let all = samples.len() as f32 * weights.iter().sum::<f32>();
@@ -187,7 +182,7 @@ impl Likeness {
         let mut stretches = self.told.clone();
         let rows = stretches.par_chunks_exact_mut(self.classes.len()).enumerate();
         rows.for_each(|(region, row)| {
-            for &(other, unlike) in self.look.alike(region) {
+            for &(other, unlike) in &self.look.alike[region] {
                 if let Some((column, doubt)) = likely[other as usize] {
                     let is_thing = self.is_thing(self.classes[column]);
                     let reserve = self.look.reserve(region as u32, other, is_thing);
@@ -269,7 +264,7 @@ mod tests {
             (&[1, 2], &BTreeSet::new()),
             &distances(&graph, &[(50, 1), (250, 2)]),
         );
-        let by_labels = |class| likeness.labelled().stretch(&look, class, look.region(350));
+        let by_labels = |class| likeness.labelled.stretch(&look, class, look.region(350));
         // The darkest grey is like the darker one, which is likely to be of the class of the grey.
         assert!(likeness.stretches(350)[0] < by_labels(1));
         assert_eq!(likeness.stretches(350)[1], by_labels(2));

@@ -42,13 +42,15 @@ pub struct Look {
     descriptors: Vec<Descriptor>,
     /// Logarithm of the pixels of the region that most show.
     most_pixels: f32,
-    /// Nodes that stand for each region, evenly chosen.
-    samples: Vec<Vec<u32>>,
-    /// For each region those that look most like it, with how unlike they are, by all but a pretrained network.
-    alike: Vec<Vec<(u32, f32)>>,
-    vertical: Vec3,
-    /// Unit vectors `[regions, COMPONENTS]` of what a pretrained network sees there, where there is one.
-    features: Option<Vec<f32>>,
+    /// Nodes that stand for each region, evenly chosen, at least one.
+    pub(super) samples: Vec<Vec<u32>>,
+    /// For each region those that look most like it, in no order, with how unlike they are, by all but a pretrained network.
+    pub(super) alike: Vec<Vec<(u32, f32)>>,
+    /// Upwards, in world coordinates, of unit length; zero where nothing tells.
+    pub vertical: Vec3,
+    /// Unit vectors `[regions, COMPONENTS]` of what a pretrained network sees there, where there is one; zero where it has
+    /// seen none.
+    pub(super) features: Option<Vec<f32>>,
 }
 
 impl Look {
@@ -98,34 +100,14 @@ impl Look {
         self.features.is_some()
     }
 
-    /// Adds what a pretrained network sees in the regions: unit vectors `[regions, COMPONENTS]`, zero where it has seen none.
-    pub(super) fn set_features(&mut self, features: Vec<f32>) {
-        self.features = Some(features);
-    }
-
     /// Number of regions.
     pub(crate) fn len(&self) -> usize {
         self.descriptors.len()
     }
 
-    /// Upwards, in world coordinates, of unit length; zero where nothing tells.
-    pub fn vertical(&self) -> Vec3 {
-        self.vertical
-    }
-
     /// The region of a node.
     pub fn region(&self, node: usize) -> u32 {
         self.regions[node]
-    }
-
-    /// Nodes that stand for a region, at least one.
-    pub(super) fn samples(&self, region: usize) -> &[u32] {
-        &self.samples[region]
-    }
-
-    /// The regions that look most like a region, in no order, each with how unlike it is.
-    pub(super) fn alike(&self, region: usize) -> &[(u32, f32)] {
-        &self.alike[region]
     }
 
     /// The factor on distances to a label at one node, of a thing or not, at another.
@@ -159,12 +141,8 @@ impl Look {
     /// How much less labels in one region tell of another by the sizes of both.
     pub(super) fn reserve(&self, region: u32, labelled: u32, is_thing: bool) -> f32 {
         let [a, b] = [region, labelled].map(|region| &self.descriptors[region as usize]);
-        let larger = if is_thing {
-            (a.nodes - b.nodes).max(0.0)
-        } else {
-            0.0
-        };
-        SMALLNESS * (self.most_pixels - b.pixels) + LARGER * larger
+        let larger = if is_thing { a.nodes - b.nodes } else { 0.0 };
+        SMALLNESS * (self.most_pixels - b.pixels) + LARGER * larger.max(0.0)
     }
 }
 
@@ -190,12 +168,8 @@ fn vertical(graph: &SurfaceGraph, up: Vec3) -> Vec3 {
         for _ in 0..AVERAGINGS {
             let normals = graph.nodes().iter().map(|node| {
                 let along = node.normal.dot(up);
-                let counts = along.abs() > level;
-                if counts {
-                    node.pixels * along.signum() * node.normal
-                } else {
-                    Vec3::ZERO
-                }
+                let sign = if along.abs() > level { along.signum() } else { 0.0 };
+                node.pixels * sign * node.normal
             });
             up = normals.sum::<Vec3>().try_normalize().unwrap_or(up);
         }
@@ -246,7 +220,7 @@ mod tests {
         let before = [look.gap(2, 0, false), look.gap(1, 0, false)];
         let unit = |axis: usize| (0..COMPONENTS).map(move |own| if own == axis { 1.0 } else { 0.0 });
         // The network sees the same in the red part as in the first gray one, and something else in the last.
-        look.set_features(unit(0).chain(unit(0)).chain(unit(1)).collect());
+        look.features = Some(unit(0).chain(unit(0)).chain(unit(1)).collect());
         assert_eq!(look.gap(1, 0, false), before[1]);
         assert!((look.gap(2, 0, false) - before[0] - FEATURES).abs() < 1e-5);
     }

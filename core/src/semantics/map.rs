@@ -25,7 +25,7 @@ pub struct FrameMap {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    pixels: MapPixels,
+    pub(super) pixels: MapPixels,
 }
 
 /// The pixels of a map, in one of two forms.
@@ -100,7 +100,7 @@ impl OnSurface {
         match frame.depth() {
             Some(depth) if self.surface.is_sharp => {
                 let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
-                let chosen = nodes_at_borders(frame, depth, &shown, nodes, labels);
+                let chosen = nodes_at_borders(frame, &depth, &shown, nodes, labels);
                 match images {
                     Some(images) => images.nodes_where_exact(&shown, chosen),
                     None => chosen,
@@ -168,16 +168,18 @@ impl OnSurface {
         image.filter(|image| image.pixels() == pixels)
     }
 
-    /// The value of every pixel: that of its node, or that of pixels without one; labelled pixels have what `said`
+    /// The value of every pixel: that of its node, or that of pixels `without` one; labelled pixels have what `said`
     /// gives for their class.
     fn read(
         &self,
         frame: usize,
         nodes: &[u32],
-        values: (&[u16], u16),
+        (values, without): (&[u16], u16),
         said: impl Fn(ClassId) -> u16,
     ) -> Vec<u16> {
-        let mut pixels = of_nodes(nodes, values);
+        // No surface has as many nodes as `NO_NODE`.
+        let value = |&node: &u32| values.get(node as usize).copied().unwrap_or(without);
+        let mut pixels: Vec<u16> = nodes.iter().map(value).collect();
         if let Some(image) = self.trusted(frame, pixels.len()) {
             for (pixel, class) in pixels.iter_mut().zip(image.labels()) {
                 if class != VOID {
@@ -194,13 +196,6 @@ impl OnSurface {
         }
         pixels
     }
-}
-
-/// The value of every pixel's node, or that of pixels `without` one.
-fn of_nodes(nodes: &[u32], (values, without): (&[u16], u16)) -> Vec<u16> {
-    // No surface has as many nodes as `NO_NODE`.
-    let value = |&node: &u32| values.get(node as usize).copied().unwrap_or(without);
-    nodes.iter().map(value).collect()
 }
 
 impl FrameMap {
@@ -269,10 +264,6 @@ impl FrameMap {
             (shown.posterior, shown.is_whole) = (posterior, true);
         }
         self
-    }
-
-    pub(super) fn pixels(&self) -> &MapPixels {
-        &self.pixels
     }
 
     /// The same map with its pixels looked up, for reading more than one thing of it.

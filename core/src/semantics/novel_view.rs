@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::borders::nodes_at_borders;
 use super::posterior::NodeSummary;
-use super::{ENTROPY_STEPS_PER_NAT, FrameMap, NO_NODE, NearestNodes, Posterior, SemanticField, Surface};
+use super::{FrameMap, NO_NODE, NearestNodes, Posterior, SemanticField, Surface};
 use crate::field::{FieldError, Sampling, Trainer, camera_rays, render_rays};
 use crate::scene::{ColorImage, DepthMap, Frame, Pixels, Viewpoint};
 
@@ -35,9 +35,7 @@ impl<'a> NovelViews<'a> {
             posterior,
             nearest: NearestNodes::new(surface),
             semantics: None,
-            unknown: NodeSummary::unknown(
-                ((classes.max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16
-            ),
+            unknown: NodeSummary::unknown(classes),
         }
     }
 
@@ -105,7 +103,7 @@ impl<'a> NovelViews<'a> {
         };
         let nodes = nodes_at_borders(
             &frame,
-            depth,
+            &depth,
             &shown,
             self.surface.graph.nodes(),
             &self.posterior.labels,

@@ -1,6 +1,7 @@
 //! The objects that the pixels of label images give the voxels.
 
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -24,12 +25,8 @@ impl ObjectVotes {
         let mut telling: Vec<(u32, ClassId)> =
             with_object.map(|(&node, label)| (node, label.class)).collect();
         telling.sort_unstable();
-        let mut classes: Vec<ClassId> = telling.iter().map(|&(_, class)| class).collect();
-        classes.sort_unstable();
-        classes.dedup();
-        let of_classes = seeds
-            .iter()
-            .filter(|(_, label)| classes.binary_search(&label.class).is_ok());
+        let classes: BTreeSet<ClassId> = telling.iter().map(|&(_, class)| class).collect();
+        let of_classes = seeds.iter().filter(|(_, label)| classes.contains(&label.class));
         let mut nearest = ClassGeodesics::default();
         nearest.update(
             &surface.graph,

@@ -66,11 +66,12 @@ impl SurfaceObjects {
             .filter(|class| class.thing)
             .map(|class| (class.id, class))
             .collect();
-        let mut of_nodes = vec![None; surface.graph.len()];
-        for (object, said) in of_nodes.iter_mut().zip(&posterior.objects) {
-            *object = *said;
-        }
-        if !posterior.telling.is_empty() {
+        let mut used: BTreeSet<ObjectId> = told.iter().map(|object| object.id).collect();
+        // The posterior may be older than the list: what that lacks is no object.
+        let listed = |said: &Option<ObjectId>| said.filter(|said| used.contains(said));
+        let mut of_nodes: Vec<Option<ObjectId>> = posterior.objects.iter().map(listed).collect();
+        of_nodes.resize(surface.graph.len(), None);
+        if !posterior.objects.is_empty() {
             let is_thing = |node: u32| things.contains_key(&posterior.labels[node as usize]);
             let tells = |node: &u32| posterior.telling.binary_search(node).is_ok();
             for parts in components(surface, &posterior.labels, &is_thing).into_values() {
@@ -83,17 +84,12 @@ impl SurfaceObjects {
         }
         let parts = parts(surface, posterior, &things, &mut of_nodes);
         let mut names: BTreeSet<String> = told.iter().map(|object| object.name.clone()).collect();
-        let mut used: BTreeSet<ObjectId> = told.iter().map(|object| object.id).collect();
+        let next = used.last().map_or(1, |last| last.number().saturating_add(1));
         let kept = before.map_or_else(BTreeMap::new, |before| before.kept_by(&parts, &used, &names));
         for object in kept.values() {
             used.insert(object.id);
             names.insert(object.name.clone());
         }
-        let next = told
-            .iter()
-            .map(|object| object.id.number())
-            .max()
-            .map_or(1, |last| last.saturating_add(1));
         let numbers = (next..=u16::MAX).chain(1..next).filter_map(ObjectId::new);
         let mut numbers = numbers.filter(|id| !used.contains(id));
         let mut free = Vec::new();
@@ -270,13 +266,13 @@ impl SurfaceObjects {
         let mut kept = BTreeMap::new();
         let mut taken: BTreeSet<ObjectId> = used.clone();
         for ((number, id), _) in pairs {
-            let own = self.objects.iter();
-            let own =
-                own.filter(|object| object.class == parts[number].class && !names.contains(&object.name));
-            let Some(object) = own.clone().find(|object| object.id == id) else {
-                continue;
+            let is_own = |object: &&Object| {
+                object.id == id && object.class == parts[number].class && !names.contains(&object.name)
             };
-            if !kept.contains_key(&number) && taken.insert(id) {
+            if let Some(object) = self.objects.iter().find(is_own)
+                && !kept.contains_key(&number)
+                && taken.insert(id)
+            {
                 kept.insert(number, object.clone());
             }
         }

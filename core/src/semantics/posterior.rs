@@ -37,12 +37,12 @@ pub struct Posterior {
     pub confidence: Vec<u16>,
     /// Second most likely class of each node; void where there is none.
     pub runners_up: Vec<ClassId>,
-    /// Distances to the nearest and the second nearest class of each node, stretched where they look different; where
-    /// there are votes, the distances at which labels alone would weigh as much.
-    pub distances: Vec<[f32; 2]>,
-    /// The object that labels say of each node's class; empty where no label says any.
+    /// Distance to the nearest class of each node, stretched where it looks different; where there are votes, the distance
+    /// at which labels alone would weigh as much.
+    pub distances: Vec<f32>,
+    /// The object that labels or votes say of each node's class; empty where none say any.
     pub objects: Vec<Option<ObjectId>>,
-    /// The labelled nodes whose labels say an object, ascending.
+    /// The nodes whose own labels say an object, or whose own votes one of the class that they have, ascending.
     pub telling: Vec<u32>,
 }
 
@@ -54,7 +54,7 @@ impl Posterior {
             entropy: vec![0; nodes],
             confidence: vec![0; nodes],
             runners_up: vec![VOID; nodes],
-            distances: vec![[f32::INFINITY; 2]; nodes],
+            distances: vec![f32::INFINITY; nodes],
             ..Self::default()
         };
         let all: Vec<u32> = (0..nodes as u32).collect();
@@ -105,7 +105,8 @@ impl Posterior {
             // Two ascending lists are merged.
             self.telling.sort();
         }
-        if self.telling.is_empty() {
+        // By votes nodes have objects even where none of those that tell one is left.
+        if self.telling.is_empty() && evidence.objects.is_none() {
             self.objects = Vec::new();
             return;
         }
@@ -192,8 +193,8 @@ impl<'a> Weights<'a> {
         said.filter(|_| near > voted_weight(shares)).or(Some(voted))
     }
 
-    /// Fills in the weights of the classes at a node; returns the two smallest distances as they count.
-    pub(crate) fn fill(&self, node: usize, weights: &mut [f32]) -> [f32; 2] {
+    /// Fills in the weights of the classes at a node; returns the smallest distance as it counts.
+    pub(crate) fn fill(&self, node: usize, weights: &mut [f32]) -> f32 {
         let Evidence {
             likeness,
             votes,
@@ -233,17 +234,17 @@ pub(crate) fn most_likely(classes: &[ClassId], probabilities: &[f32]) -> (ClassI
 }
 
 /// Unnormalised weights of the classes at a node by their distance fields and the stretches and votes there; returns the
-/// two smallest distances as they count.
+/// smallest distance as it counts.
 pub(super) fn fill_weights(
     fields: &[Option<&[f32]>],
     node: usize,
     stretches: Option<&[f32]>,
     votes: Option<&[f32]>,
     weights: &mut [f32],
-) -> [f32; 2] {
+) -> f32 {
     let votes = votes.filter(|row| row.iter().any(|&share| share > 0.0));
     let unknown = (HORIZON + SOFTNESS).powi(-POWER) / weights.len().max(1) as f32;
-    let mut nearest = [f32::INFINITY; 2];
+    let mut nearest = f32::INFINITY;
     for (class, (weight, field)) in weights.iter_mut().zip(fields).enumerate() {
         let mut distance = field.map_or(f32::INFINITY, |field| {
             stretched(field[node], stretches.map_or(1.0, |stretches| stretches[class]))
@@ -255,11 +256,7 @@ pub(super) fn fill_weights(
         } else {
             *weight = near + unknown;
         }
-        if distance < nearest[0] {
-            nearest = [distance, nearest[0]];
-        } else if distance < nearest[1] {
-            nearest[1] = distance;
-        }
+        nearest = nearest.min(distance);
     }
     nearest
 }
@@ -291,25 +288,25 @@ pub(super) struct NodeSummary {
     pub(super) entropy: u16,
     pub(super) confidence: u16,
     pub(super) runner_up: ClassId,
-    nearest: [f32; 2],
+    nearest: f32,
 }
 
 impl NodeSummary {
-    /// Void, with this entropy.
-    pub(super) fn unknown(entropy: u16) -> Self {
+    /// Void, as unsure as where nothing is known of so many classes.
+    pub(super) fn unknown(classes: usize) -> Self {
         Self {
-            entropy,
+            entropy: ((classes.max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16,
             ..Self::default()
         }
     }
 
     /// By the probabilities of these classes.
     pub(super) fn of(classes: &[ClassId], probabilities: &[f32]) -> Self {
-        summarise(classes, probabilities, [0.0; 2])
+        summarise(classes, probabilities, 0.0)
     }
 }
 
-fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> NodeSummary {
+fn summarise(classes: &[ClassId], weights: &[f32], nearest: f32) -> NodeSummary {
     let sum: f32 = weights.iter().sum();
     if sum <= 0.0 {
         return NodeSummary {
@@ -330,7 +327,7 @@ fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> NodeSum
             best[1] = (p, class);
         }
     }
-    if nearest[0].is_infinite() {
+    if nearest.is_infinite() {
         best = [(0.0, VOID); 2];
     }
     NodeSummary {
@@ -346,12 +343,14 @@ fn summarise(classes: &[ClassId], weights: &[f32], nearest: [f32; 2]) -> NodeSum
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::semantics::testing::by_distance;
+    use crate::labels::Label;
+    use crate::semantics::Surface;
+    use crate::semantics::testing::{by_distance, joined};
 
     #[test]
     fn equal_distances_give_the_highest_entropy() {
-        let even = summarise(&[1, 2], &[1.0, 1.0], [1.0, 1.0]);
-        let sure = summarise(&[1, 2], &[1.0, 0.01], [1.0, 9.0]);
+        let even = summarise(&[1, 2], &[1.0, 1.0], 1.0);
+        let sure = summarise(&[1, 2], &[1.0, 0.01], 1.0);
         assert_eq!(even.entropy, 6931, "ln 2");
         assert!(sure.entropy < even.entropy / 4);
         assert_eq!((sure.label, sure.runner_up), (1, 2));
@@ -368,6 +367,38 @@ mod tests {
         assert_eq!(weight(0.5), 1.0);
         close(weight(1.0) * voted, SOFTNESS.powi(-POWER));
         assert!((0..100).all(|step| weight(0.01 * step as f32) <= weight(0.01 * (step + 1) as f32)));
+    }
+
+    #[test]
+    fn objects_by_votes_are_as_before_once_a_stroke_over_all_of_them_is_undone() {
+        // Votes say class 1 on the first two nodes, and an object on the first; a stroke says class 2 on the last.
+        let graph = joined(3, &[(0, 1, 50.0), (1, 2, 30.0)]);
+        let surface = Surface {
+            graph,
+            ..Surface::default()
+        };
+        let said = [(0, Label::new(1, ObjectId::new(5)))].into_iter().collect();
+        let objects = ObjectVotes::new(&surface, &said).unwrap();
+        let votes = [1.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        let mut geodesics = ClassGeodesics::default();
+        let mut states: Vec<Posterior> = Vec::new();
+        let strokes: [&[u32]; 3] = [&[2], &[0, 2], &[2]];
+        for nodes in strokes {
+            let labels = nodes.iter().map(|&node| (node, Label::from(2)));
+            let changed = geodesics.update(&surface.graph, labels.collect());
+            let evidence = Evidence {
+                votes: Some(&votes),
+                objects: Some(&objects),
+                ..by_distance(&[1, 2], &geodesics)
+            };
+            let mut posterior = states.last().cloned();
+            let posterior = posterior.get_or_insert_with(|| Posterior::new(&evidence, 3));
+            posterior.update(&evidence, &changed);
+            states.push(posterior.clone());
+        }
+        assert_eq!(states[0].objects, [ObjectId::new(5), ObjectId::new(5), None]);
+        assert_eq!(states[1].objects, [None, ObjectId::new(5), None]);
+        assert!(states[2] == states[0]);
     }
 
     #[test]

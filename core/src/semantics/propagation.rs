@@ -10,12 +10,13 @@ use rustc_hash::FxHashMap;
 pub use preview::Preview;
 
 use super::map::OnSurface;
+use super::posterior::NodeSummary;
 use super::strays::strays;
 use super::{
     ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Likeness, NO_NODE, Posterior,
-    Surface, SurfaceImport, Weights,
+    Surface, SurfaceImport,
 };
-use crate::labels::{ClassId, Label, LabelSet, ObjectId, Stroke, StrokeId, VOID, rasterise};
+use crate::labels::{ClassId, Label, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::{Camera, Scene};
 
 /// The labels of a scene on its surface, kept in step with the strokes.
@@ -34,13 +35,13 @@ pub struct LabelPropagation {
     /// Labelled pixels of each frame that has strokes.
     painted: BTreeMap<usize, BTreeMap<u32, (ClassId, StrokeId)>>,
     /// The nodes under them that labels spread from, by frame.
-    sources: BTreeMap<usize, Vec<(u32, StrokeId, ClassId)>>,
+    sources: BTreeMap<usize, Vec<(StrokeId, u32, ClassId)>>,
     /// The newest weights by the semantic prior: the classes that it was trained on, and positive weights
     /// `[nodes, classes]`. They are kept when the classes change, so that an undo restores the maps of before.
-    prior: Option<(Vec<ClassId>, Vec<f32>)>,
+    prior: Option<(Vec<ClassId>, Arc<Vec<f32>>)>,
     /// The imported images, and the class weights that they give the nodes where they count as votes.
     import: Option<Arc<SurfaceImport>>,
-    votes: Option<Vec<f32>>,
+    votes: Option<Arc<[f32]>>,
 }
 
 impl LabelPropagation {
@@ -221,7 +222,7 @@ impl LabelPropagation {
     /// of another number are ignored. They count as long as the classes stay as they are now.
     pub fn set_prior(&mut self, weights: Vec<f32>) {
         if weights.len() == self.surface.graph.len() * self.classes.len() {
-            self.prior = Some((self.classes.clone(), weights));
+            self.prior = Some((self.classes.clone(), Arc::new(weights)));
             self.refresh();
         }
     }
@@ -255,13 +256,12 @@ impl LabelPropagation {
 
     /// What the map of a frame is looked up from.
     fn on_surface(&self, scene: &Arc<Scene>, frame: usize, posterior: Arc<Posterior>) -> OnSurface {
-        let unknown = ((self.classes.len().max(1) as f32).ln() * ENTROPY_STEPS_PER_NAT).round() as u16;
         let painted = self.painted.get(&frame).into_iter().flatten();
         OnSurface {
             scene: Arc::clone(scene),
             surface: Arc::clone(&self.surface),
             posterior,
-            unknown,
+            unknown: NodeSummary::unknown(self.classes.len()).entropy,
             import: self.import.clone(),
             is_whole: true,
             painted: painted.map(|(&pixel, &said)| (pixel, self.label(said))).collect(),
@@ -292,17 +292,6 @@ impl LabelPropagation {
         nodes.sort_unstable();
         nodes.dedup();
         nodes
-    }
-
-    /// Class probabilities of a node as in the maps, in the order of the classes: by graph, look, votes and semantic
-    /// prior.
-    pub(crate) fn probabilities(&self, node: usize) -> Vec<f32> {
-        self.evidence().probabilities(node)
-    }
-
-    /// The object that a node would have if it were of this class: that of the class's nearest label, where that says one.
-    pub(crate) fn nearest_object(&self, node: u32, class: ClassId) -> Option<ObjectId> {
-        Weights::new(self.evidence()).object(node, class)
     }
 
     /// Whether there are any labels on the surface.
@@ -340,10 +329,7 @@ impl LabelPropagation {
             classes: self.classes.clone(),
             strokes: self.strokes.clone(),
             geodesics: self.geodesics.clone(),
-            labelled: self
-                .evidence()
-                .likeness
-                .map(|likeness| likeness.labelled().clone()),
+            labelled: self.evidence().likeness.map(|likeness| likeness.labelled.clone()),
             imported: self
                 .import
                 .iter()
@@ -361,13 +347,12 @@ impl LabelPropagation {
         camera: &Camera,
         frame: usize,
         painted: &BTreeMap<u32, (ClassId, StrokeId)>,
-    ) -> Vec<(u32, StrokeId, ClassId)> {
-        let mut sources: Vec<(StrokeId, u32, ClassId)> = Vec::new();
-        for (&(class, stroke), node) in self.nodes_of(frame, painted) {
-            if class != VOID {
-                sources.push((stroke, node, class));
-            }
-        }
+    ) -> Vec<(StrokeId, u32, ClassId)> {
+        let nodes = self.nodes_of(frame, painted).into_iter();
+        let mut sources: Vec<(StrokeId, u32, ClassId)> = nodes
+            .map(|(&(class, stroke), node)| (stroke, node, class))
+            .filter(|&(_, _, class)| class != VOID)
+            .collect();
         sources.sort_unstable();
         sources.dedup();
         let of_stroke = sources.chunk_by(|a, b| a.0 == b.0);
@@ -377,7 +362,7 @@ impl LabelPropagation {
             let is_meant = move |node: u32| strays.binary_search(&node).is_err();
             own.iter().filter(move |(_, node, _)| is_meant(*node))
         });
-        kept.map(|&(stroke, node, class)| (node, stroke, class)).collect()
+        kept.copied().collect()
     }
 
     /// What a stroke says that says this class.
@@ -390,7 +375,7 @@ impl LabelPropagation {
     /// only the class leaves the object to them.
     fn seeds(&self) -> FxHashMap<u32, Label> {
         let mut latest: FxHashMap<u32, (ClassId, StrokeId)> = FxHashMap::default();
-        for &(node, stroke, class) in self.sources.values().flatten() {
+        for &(stroke, node, class) in self.sources.values().flatten() {
             let entry = latest.entry(node).or_insert((class, stroke));
             if stroke > entry.1 {
                 *entry = (class, stroke);

@@ -225,7 +225,7 @@ impl SemanticField {
     /// alone, the residual what the appearance leaves.
     ///
     /// # Errors
-    /// None on the CPU; a step that is not finite changes nothing and returns `false`.
+    /// None on the CPU; a step that is not finite changes nothing.
     pub fn step(
         &mut self,
         part: SemanticPart,
@@ -233,7 +233,7 @@ impl SemanticField {
         soft: &SoftTargets,
         along: &RayTargets,
         sampling: Sampling,
-    ) -> Result<bool> {
+    ) -> Result<()> {
         match part {
             SemanticPart::Appearance => self.appearance.steps += 1,
             SemanticPart::Residual => self.residual.steps += 1,
@@ -241,7 +241,7 @@ impl SemanticField {
         let mut places = CompositedPlaces::at_points(field, &soft.positions);
         places.add_rays(field, occupancy, &along.rays, sampling)?;
         if places.positions.is_empty() {
-            return Ok(true);
+            return Ok(());
         }
         let mut weights = Vec::with_capacity(places.rows());
         for own in [&soft.weights, &along.weights] {
@@ -256,7 +256,7 @@ impl SemanticField {
             .map(|rows| self.loss(part, &places, &inputs, &targets, &weights, rows))
             .collect::<Result<_>>()?;
         if !parts.iter().map(|part| part.loss).sum::<f32>().is_finite() {
-            return Ok(false);
+            return Ok(());
         }
         for (index, optimiser) in self.network(part).optimisers.iter().enumerate() {
             let own = parts.iter().filter_map(|part| part.network[index].clone());
@@ -273,7 +273,7 @@ impl SemanticField {
                 self.grid.optimiser.step(gradient, GRID_RATE)?;
             }
         }
-        Ok(true)
+        Ok(())
     }
 
     /// Class probabilities at world positions, row-major `[positions, classes]`: by the appearance alone, or by the

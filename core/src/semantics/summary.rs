@@ -48,7 +48,7 @@ impl FrameMap {
         let said = imported.filter(|image| image.pixels() == pixels);
         let said = said.map(ImportedMap::labels);
         let mut counts = Counts::default();
-        match self.pixels() {
+        match &self.pixels {
             MapPixels::Listed {
                 labels,
                 entropy,

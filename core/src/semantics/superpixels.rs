@@ -242,12 +242,8 @@ fn flood(
     let gradient = |at: usize| {
         let (column, row) = (at % width, at / width);
         let across = color(at + usize::from(column + 1 < width)) - color(at - usize::from(column > 0));
-        let below = if row + 1 < camera.height as usize {
-            at + width
-        } else {
-            at
-        };
-        let above = if row > 0 { at - width } else { at };
+        let below = at + width * usize::from(row + 1 < camera.height as usize);
+        let above = at - width * usize::from(row > 0);
         // Numbers that are not negative compare like their bits.
         (across.length_squared() + (color(below) - color(above)).length_squared()).to_bits()
     };
@@ -276,31 +272,18 @@ fn flood(
 pub(super) fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> ClassId, most: u32) -> Vec<u32> {
     let width = camera.width as usize;
     let differs = |a: u32, b: u32| a != NO_NODE && b != NO_NODE && class(a) != class(b);
-    let mut depths: Vec<u32> = (0..nodes.len())
-        .map(|at| {
-            if camera.beside(at).any(|other| differs(nodes[at], nodes[other])) {
-                0
-            } else {
-                most
-            }
-        })
-        .collect();
+    let is_beside = |at: usize| camera.beside(at).any(|other| differs(nodes[at], nodes[other]));
+    let depth = |at: usize| if is_beside(at) { 0 } else { most };
+    let mut depths: Vec<u32> = (0..nodes.len()).map(depth).collect();
     for at in 0..depths.len() {
         let left = if at % width > 0 { depths[at - 1] } else { most };
         let above = if at >= width { depths[at - width] } else { most };
         depths[at] = depths[at].min(left.min(above) + 1);
     }
     for at in (0..depths.len()).rev() {
-        let right = if (at + 1) % width > 0 {
-            depths[at + 1]
-        } else {
-            most
-        };
-        let below = if at + width < depths.len() {
-            depths[at + width]
-        } else {
-            most
-        };
+        let is_last = (at + 1).is_multiple_of(width);
+        let right = if is_last { most } else { depths[at + 1] };
+        let below = depths.get(at + width).copied().unwrap_or(most);
         depths[at] = depths[at].min(right.min(below) + 1);
     }
     depths

@@ -11,7 +11,7 @@ use super::voxels::{OtherFrames, Points, Voxel, VoxelNodes, Voxels};
 use super::{FieldDepth, Look, NO_NODE, NodeMap, Superpixels, pixel_length};
 use crate::features::{COMPONENTS, FrameFeatures, ImageFeatures, normalise};
 use crate::field::median;
-use crate::scene::{Frame, Pixels, Scene};
+use crate::scene::{Pixels, Scene};
 
 /// How depth becomes voxels.
 struct Fusion {
@@ -89,7 +89,7 @@ impl Lengths<'_> {
     }
 
     fn fusion(&self) -> Fusion {
-        match self.scene.frames.iter().any(Frame::has_depth) {
+        match self.scene.has_depth() {
             true => MEASURED,
             false => ESTIMATED,
         }
@@ -125,8 +125,8 @@ impl Surface {
         // A lookup reads half a row on average; for more pixels, unpacking everything once is less work.
         if pixels.len() > 2 * map.len() / map.width().max(1) {
             let nodes = map.unpack();
-            let node = |&pixel: &u32| Some(nodes[pixel as usize]).filter(|&node| node != NO_NODE);
-            return pixels.iter().map(node).collect();
+            let known = pixels.iter().map(|&pixel| nodes.get(pixel as usize).copied());
+            return known.map(|node| node.filter(|&node| node != NO_NODE)).collect();
         }
         pixels.iter().map(|&pixel| map.node(pixel as usize)).collect()
     }
@@ -150,13 +150,13 @@ impl Surface {
             sums
         };
         let mut means = vec![0.0; self.look.len() * COMPONENTS];
-        for block in features.frames().chunks(16) {
+        for block in features.frames.chunks(16) {
             for sums in block.par_iter().map(of_frame).collect::<Vec<_>>() {
                 means.iter_mut().zip(sums).for_each(|(mean, sum)| *mean += sum);
             }
         }
         means.chunks_exact_mut(COMPONENTS).for_each(normalise);
-        Arc::make_mut(&mut self.look).set_features(means);
+        Arc::make_mut(&mut self.look).features = Some(means);
     }
 
     /// Fuses the keyframes' depths (measured, or else the field's) to a graph; `None` where no pixel of any
@@ -190,13 +190,10 @@ impl Surface {
             drop(sums);
             sums = fuse(&voxels, lengths, stride);
         }
-        Some(Self {
-            is_sharp,
-            ..Self::from_sums(voxels, sums, lengths)
-        })
+        Some(Self::from_sums(voxels, is_sharp, sums, lengths))
     }
 
-    fn from_sums(voxels: Voxels, sums: FxHashMap<Voxel, Sum>, lengths: Lengths<'_>) -> Self {
+    fn from_sums(voxels: Voxels, is_sharp: bool, sums: FxHashMap<Voxel, Sum>, lengths: Lengths<'_>) -> Self {
         let scene = lengths.scene;
         let keyframes = scene.keyframes();
         let mut sums: Vec<(Voxel, Sum)> = sums.into_iter().collect();
@@ -240,7 +237,7 @@ impl Surface {
             pixels,
             others: OtherFrames::new(others.collect(), places),
             voxel: voxels.side,
-            is_sharp: true,
+            is_sharp,
             superpixels: Arc::default(),
         }
     }

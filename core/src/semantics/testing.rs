@@ -35,11 +35,9 @@ pub fn loose(nodes: Vec<Node>, voxel: f32) -> Surface {
     Surface {
         look: Arc::new(Look::new(&graph, Vec3::Y)),
         graph,
-        pixels: Vec::new(),
-        others: None,
         voxel,
         is_sharp: true,
-        superpixels: Arc::default(),
+        ..Surface::default()
     }
 }
 

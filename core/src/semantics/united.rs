@@ -43,11 +43,9 @@ struct Found {
 #[must_use]
 pub fn united(surface: &Surface, mut images: LabelImages, known: &LabelSet) -> LabelImages {
     let listed: Vec<Class> = images.classes.iter().chain(&known.classes).cloned().collect();
-    let class_of = |id: ClassId| {
-        let class = listed.iter().find(|class| class.id == id);
-        class.cloned().unwrap_or_else(|| Class::unnamed(id))
-    };
-    let is_thing = |id: ClassId| class_of(id).thing;
+    let class_of = |id: ClassId| listed.iter().find(|class| class.id == id);
+    // A class that is not listed is one of things.
+    let is_thing = |id: ClassId| class_of(id).is_none_or(|class| class.thing);
     let views = images.labels.maps.par_iter();
     let views: Vec<View> = views.map(|map| View::new(surface, map, &is_thing)).collect();
     let mut found = Found {
@@ -77,14 +75,11 @@ pub fn united(surface: &Surface, mut images: LabelImages, known: &LabelSet) -> L
             continue;
         }
         let Some(id) = numbers.next() else { break };
-        let class = class_of(found.classes[number as usize]);
-        let name = unused_name(&class.name, names.iter().map(String::as_str));
+        let class = found.classes[number as usize];
+        let named = class_of(class).cloned().unwrap_or_else(|| Class::unnamed(class));
+        let name = unused_name(&named.name, names.iter().map(String::as_str));
         names.insert(name.clone());
-        images.objects.push(Object {
-            id,
-            class: class.id,
-            name,
-        });
+        images.objects.push(Object { id, class, name });
         ids.insert(number, id);
     }
     for (map, same) in images.labels.maps.iter_mut().zip(same) {

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::{NO_NODE, Surface, diffuse};
+use super::diffusion::diffuse;
+use super::{NO_NODE, Surface};
 use crate::labels::{ClassId, ImportedLabels, VOID};
 
 /// Strength of the diffusion where all votes in a voxel agree, and how it grows as fewer do.
@@ -127,26 +128,21 @@ impl NodeVotes {
         if votes > 0.0 { (agreed / votes) as f32 } else { 1.0 }
     }
 
-    /// Shares of the classes at every node, `[nodes, classes]`, after diffusion whose strength follows from how
-    /// much the votes contradict each other.
-    pub(super) fn diffused(&self, surface: &Surface) -> Vec<f32> {
-        let strength = STRENGTH * self.agreement().max(1e-3).powf(STRENGTH_POWER);
-        diffuse(&surface.graph, &self.counts, self.classes.len(), strength)
-    }
-
     /// The share of random votes r that explains the agreement a of C classes: (1 - r)^2 (1 - 1/C) = a - 1/C.
     pub(super) fn random_share(&self) -> f32 {
         let even = 1.0 / self.classes.len().max(2) as f32;
         1.0 - ((self.agreement() - even) / (1.0 - even)).clamp(0.0, 1.0).sqrt()
     }
 
-    /// Class probabilities of every node, `[nodes, classes]`: the diffused shares less the r / C that random votes add
-    /// to all classes, with room for errors that all images share. Rows that no vote reaches are zero.
+    /// Class probabilities of every node, `[nodes, classes]`: the shares, diffused the more the votes contradict each
+    /// other, less the r / C that random votes add to all classes, with room for errors that all images share. Rows that
+    /// no vote reaches are zero.
     pub fn probabilities(&self, surface: &Surface) -> Vec<f32> {
         let count = self.classes.len().max(1);
         let even = 1.0 / count as f32;
         let random = self.random_share() * even;
-        let mut rows = self.diffused(surface);
+        let strength = STRENGTH * self.agreement().max(1e-3).powf(STRENGTH_POWER);
+        let mut rows = diffuse(&surface.graph, &self.counts, self.classes.len(), strength);
         rows.par_chunks_exact_mut(count)
             .with_min_len(1024)
             .for_each(|row| {

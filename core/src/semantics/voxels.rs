@@ -8,6 +8,7 @@ use glam::{IVec3, Vec3, Vec3A};
 use rustc_hash::FxHashMap;
 
 use super::graph::{Node, SurfaceGraph, cube};
+use super::windows::window;
 use super::{FieldDepth, NO_NODE, NodeMap, pixel_length};
 use crate::scene::{Cache, ColorImage, Frame, Pixels};
 
@@ -237,14 +238,13 @@ impl OtherFrames {
 /// The pixels whose whole window, `reach` pixels to each side along both axes, is set; what lies outside counts as set.
 fn eroded(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
     let height = mask.len() / width.max(1);
-    let window = |at: usize, size: usize| at.saturating_sub(reach)..(at + reach + 1).min(size);
     let mut along_rows = vec![false; mask.len()];
     for (pixel, set) in along_rows.iter_mut().enumerate() {
         let start = pixel / width * width;
-        *set = window(pixel % width, width).all(|column| mask[start + column]);
+        *set = window(pixel % width, width, reach).all(|column| mask[start + column]);
     }
     (0..mask.len())
-        .map(|pixel| window(pixel / width, height).all(|row| along_rows[row * width + pixel % width]))
+        .map(|pixel| window(pixel / width, height, reach).all(|row| along_rows[row * width + pixel % width]))
         .collect()
 }
 

@@ -309,7 +309,6 @@ mod tests {
             pixel: [10, 10],
             position: [x, 0.0, 0.0].into(),
             outline: Vec::new(),
-            entropy: 0.5,
             share: 0.1,
             classes: vec![Likely {
                 class,

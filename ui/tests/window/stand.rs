@@ -153,7 +153,6 @@ pub fn suggestion(frame: usize) -> Suggestion {
         pixel: [20, 30],
         position: Default::default(),
         outline: Vec::new(),
-        entropy: 0.6,
         share: 0.04,
         classes: Vec::new(),
     }

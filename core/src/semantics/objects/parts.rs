@@ -45,7 +45,7 @@ pub(super) fn parts(
     let mut all = Vec::new();
     let is_labelled = |part: &Vec<u32>| {
         let mut nodes = part.iter();
-        nodes.any(|&node| matches!(posterior.distances.get(node as usize), Some([0.0, _])))
+        nodes.any(|&node| posterior.distances.get(node as usize) == Some(&0.0))
     };
     for (class, parts) in free {
         let told = told.remove(&class).unwrap_or_default();

@@ -90,6 +90,18 @@ fn an_object_that_a_label_says_leaves_parts_elsewhere_as_they_are_but_for_fragme
 }
 
 #[test]
+fn an_object_that_the_list_lacks_by_now_is_none() {
+    let surface = squares(&[0.0, 2.0]);
+    let posterior = Posterior {
+        objects: vec![ObjectId::new(9); 200],
+        telling: vec![20],
+        ..posterior(vec![2; 200])
+    };
+    let objects = found(&surface, &posterior, &[], None);
+    assert_eq!(told(&objects), [(1, "chair 1", 100), (2, "chair 2", 100)]);
+}
+
+#[test]
 fn what_is_labelled_is_an_object_sooner_and_has_the_first_number_and_keeps_its_name() {
     // Of the first square a fifth is a chair.
     let surface = squares(&[0.0, 2.0, 4.0]);
@@ -97,10 +109,8 @@ fn what_is_labelled_is_an_object_sooner_and_has_the_first_number_and_keeps_its_n
     labels[20..100].fill(1);
     let known = |labels: &[ClassId], labelled: &[usize], before: Option<&SurfaceObjects>| {
         let mut posterior = posterior(labels.to_vec());
-        posterior.distances = vec![[1.0, 2.0]; 300];
-        labelled
-            .iter()
-            .for_each(|&node| posterior.distances[node][0] = 0.0);
+        posterior.distances = vec![1.0; 300];
+        labelled.iter().for_each(|&node| posterior.distances[node] = 0.0);
         found(&surface, &posterior, &[], before)
     };
     assert_eq!(told(&known(&labels, &[150], None)), [(1, "chair 1", 120)]);
@@ -121,6 +131,7 @@ fn parts_keep_numbers_and_names_while_labels_change() {
         if let Some(object) = objects.first() {
             posterior.objects = vec![None; 300];
             posterior.objects[100..200].fill(Some(object.id));
+            posterior.telling = vec![150];
         }
         found(&surface, &posterior, objects, before)
     };
