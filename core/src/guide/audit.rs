@@ -143,11 +143,6 @@ impl Audit {
         })
     }
 
-    /// The first place that nothing was said of.
-    pub fn next(&self) -> Option<usize> {
-        self.places.iter().position(|place| place.verdict.is_none())
-    }
-
     /// How right the maps are, with a confidence interval; `None` before places of four frames were judged.
     ///
     /// Places of one frame are alike, so a frame counts as one observation: the share of its places that are right,

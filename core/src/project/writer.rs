@@ -34,6 +34,8 @@ pub enum JournalEvent {
     /// The file could not be written. The sentence names it; the work is in memory, and the journal goes
     /// on trying.
     Failed(String),
+    /// [`save_as`](super::Journal::save_as) has failed and changed nothing. The sentence names the new file.
+    NotSavedAs(String),
     /// No backup could be written, told once. The sentence names the project, which is itself written.
     NotBackedUp(String),
     /// After a failure everything is on the disk again.
@@ -286,7 +288,7 @@ impl Writer {
                 let path = request.path.clone();
                 self.tell(JournalEvent::Saved { path });
             }
-            Err(error) => self.tell(JournalEvent::Failed(error.to_string())),
+            Err(error) => self.tell(JournalEvent::NotSavedAs(error.to_string())),
         }
     }
 
@@ -339,7 +341,9 @@ impl Writer {
             JournalEvent::Recovered { path } => {
                 tracing::info!(path = %path.display(), "the project can be written again");
             }
-            JournalEvent::Failed(sentence) | JournalEvent::NotBackedUp(sentence) => {
+            JournalEvent::Failed(sentence)
+            | JournalEvent::NotSavedAs(sentence)
+            | JournalEvent::NotBackedUp(sentence) => {
                 tracing::error!(target: TOLD, "{sentence}");
             }
         }

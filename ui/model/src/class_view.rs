@@ -83,12 +83,12 @@ impl ClassView {
 
     /// Puts these into what a project keeps of the window, a JSON object.
     pub fn keep_in(&self, view: &mut Value) {
-        view["locked"] = self.locked.iter().copied().collect();
+        view["locked"] = json!(self.locked);
         view["locked_objects"] = json!(self.locked_objects);
-        view["hidden"] = self.hidden.classes.iter().copied().collect();
+        view["hidden"] = json!(self.hidden.classes);
         view["hidden_objects"] = json!(self.hidden.objects);
         view["all_but"] = json!(self.hidden.all_but);
-        view["unfolded"] = self.unfolded.iter().copied().collect();
+        view["unfolded"] = json!(self.unfolded);
     }
 
     /// What [`ClassView::keep_in`] kept; what is not there is empty.

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use inplace_core::export::{ClassMatching, Difference};
 use inplace_core::labels::{Class, ClassId, ImportedMap};
-use inplace_core::project::Contents;
+use inplace_core::project::{Contents, same_file};
 use inplace_core::scene::Scene;
 use inplace_core::session::{Client, Event, FrameMap, MapSlots, Phase, Saved, Session, SessionOptions};
 
@@ -64,11 +64,8 @@ impl Reader {
     /// # Errors
     /// A sentence that says why there is nothing to compare with.
     pub fn read(self, tools: &JobTools, tell: &dyn Fn(String)) -> Result<OtherLabels, String> {
-        let same = |own: &PathBuf| {
-            let [own, other] = [own, &self.project].map(|path| path.canonicalize().ok());
-            own.is_some() && own == other
-        };
-        if self.own.as_ref().is_some_and(same) {
+        let own = self.own.as_ref();
+        if own.is_some_and(|own| same_file(own, &self.project)) {
             return Err(format!(
                 "{}: is the project that is open; choose another one of the same scene.",
                 self.project.display()
@@ -220,13 +217,13 @@ pub type Counted = Vec<(usize, u64, Counts)>;
 
 impl Comparison {
     /// Nothing is counted yet.
-    pub(crate) fn new(other: OtherLabels, own: &[Class]) -> Self {
+    pub(crate) fn new(other: Arc<OtherLabels>, own: &[Class]) -> Self {
         Self {
             matching: Versioned::new(Arc::new(ClassMatching::new([own, &other.classes]))),
             own: own.to_vec(),
             counted: vec![(0, Counts::default()); other.images.len()],
             counting: false,
-            other: Arc::new(other),
+            other,
         }
     }
 
@@ -237,10 +234,7 @@ impl Comparison {
         if self.own.len() != own.len() || !self.own.iter().zip(own).all(same) {
             *self = Self {
                 counting: self.counting,
-                matching: Versioned::new(Arc::new(ClassMatching::new([own, &self.other.classes]))),
-                own: own.to_vec(),
-                counted: vec![(0, Counts::default()); self.counted.len()],
-                other: Arc::clone(&self.other),
+                ..Self::new(Arc::clone(&self.other), own)
             };
         }
         if self.counting {
@@ -291,13 +285,15 @@ impl Comparison {
 
     /// How all keyframes were counted last; `None` before each of them was.
     pub fn of_scene(&self) -> Option<Counts> {
-        let frames = (0..self.counted.len()).filter(|&frame| self.other.has(frame));
-        let counts: Option<Vec<Counts>> = frames.map(|frame| self.of_frame(frame)).collect();
-        Some(counts?.iter().fold(Counts::default(), |sum, counts| Counts {
-            same: sum.same + counts.same,
-            alone: sum.alone + counts.alone,
-            different: sum.different + counts.different,
-        }))
+        let mut frames = (0..self.counted.len()).filter(|&frame| self.other.has(frame));
+        frames.try_fold(Counts::default(), |sum, frame| {
+            let counts = self.of_frame(frame)?;
+            Some(Counts {
+                same: sum.same + counts.same,
+                alone: sum.alone + counts.alone,
+                different: sum.different + counts.different,
+            })
+        })
     }
 
     /// How many frames were counted, and how many there are to count.
@@ -319,14 +315,6 @@ mod tests {
     use super::*;
 
     const SIZE: [u32; 2] = [80, 60];
-
-    fn tools() -> JobTools {
-        JobTools {
-            autosave: Arc::new(|_| PathBuf::new()),
-            wake: Arc::new(|| ()),
-            endings: Vec::new(),
-        }
-    }
 
     /// A project of a small room in a folder, with two clicks and no maps, and what reads it.
     fn unmapped(folder: &Path) -> Reader {
@@ -362,7 +350,7 @@ mod tests {
     fn maps_that_the_file_does_not_have_are_made_from_its_strokes() {
         let folder = tempfile::tempdir().unwrap();
         let reader = unmapped(folder.path());
-        let other = reader.read(&tools(), &|_| {}).unwrap();
+        let other = reader.read(&JobTools::of_test(), &|_| {}).unwrap();
         assert_eq!((other.name.as_str(), other.classes.len()), ("anna", 2));
         let matching = ClassMatching::new([&other.classes, &other.classes]);
         for frame in 0..4 {
@@ -380,7 +368,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let reader = unmapped(folder.path());
         reader.stop.store(true, Ordering::Relaxed);
-        let read = reader.read(&tools(), &|_| {});
+        let read = reader.read(&JobTools::of_test(), &|_| {});
         assert_eq!(read.unwrap_err(), STOPPED);
     }
 
@@ -394,7 +382,7 @@ mod tests {
             images: vec![image(0), image(1), None],
         };
         let mut own = vec![Class::new(1, "wall"), Class::new(2, "floor")];
-        let mut comparison = Comparison::new(other, &own);
+        let mut comparison = Comparison::new(Arc::new(other), &own);
         let maps = MapSlots::default();
         maps.reset(3);
         let publish = |frame, labels: [ClassId; 4]| {

@@ -144,8 +144,7 @@ impl FrameList {
 
     /// The frame so many places from another one, which need not be shown itself; `None` beyond the ends.
     pub fn step(&self, from: usize, by: isize) -> Option<usize> {
-        let place = |&frame: &usize| self.place(frame).cmp(&self.place(from));
-        let target = match self.shown.binary_search_by(place) {
+        let target = match self.search(from) {
             Ok(index) => index.checked_add_signed(by),
             // Where it would stand: the next one forward is at that place already.
             Err(index) if by > 0 => index.checked_add_signed(by - 1),
@@ -156,8 +155,13 @@ impl FrameList {
 
     /// Where a frame is shown.
     pub fn index_of(&self, frame: usize) -> Option<usize> {
-        let place = |&shown: &usize| self.place(shown).cmp(&self.place(frame));
-        self.shown.binary_search_by(place).ok()
+        self.search(frame).ok()
+    }
+
+    /// Where a frame is shown, or else would stand.
+    fn search(&self, frame: usize) -> Result<usize, usize> {
+        let place = self.place(frame);
+        self.shown.binary_search_by_key(&place, |&shown| self.place(shown))
     }
 
     fn place(&self, frame: usize) -> usize {

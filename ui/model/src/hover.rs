@@ -14,7 +14,9 @@ pub struct Hover {
     pub pixel: Option<Pixel>,
     /// What the worker was asked last; `None` where there is nothing to ask.
     asked: Option<Question>,
-    shown: Option<Arc<Preview>>,
+    /// What a click would win, if anything. While the pointer moves or the maps get better it is the newest that is known,
+    /// of a place that the pointer has just left, so that the outline moves along and does not flicker.
+    pub shown: Option<Arc<Preview>>,
 }
 
 /// A click, and the version of its frame's map that it would change.
@@ -27,12 +29,6 @@ pub struct Question {
 }
 
 impl Hover {
-    /// What a click would win, if anything. While the pointer moves or the maps get better it is the newest that is known,
-    /// of a place that the pointer has just left, so that the outline moves along and does not flicker.
-    pub fn shown(&self) -> Option<&Arc<Preview>> {
-        self.shown.as_ref()
-    }
-
     /// Takes over what there is to ask now; returns what the worker is to be asked, if it is something new.
     pub(crate) fn ask(&mut self, question: Option<Question>) -> Option<Stroke> {
         if question == self.asked {

@@ -1,5 +1,6 @@
 //! Work that would make the window wait: each job runs on a thread of its own, and tells what it led to.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -38,7 +39,7 @@ pub enum Done {
     Prepared(u64, Box<Result<Prepared, Refusal>>),
     /// A scene was fitted to what is kept about it; or it is not the scene of its project.
     Attached(u64, Arc<Scene>, Box<Result<Attached, ProjectError>>),
-    /// A project file was made for the scene with this serial number.
+    /// This attempt made a project file for work that was in memory only.
     Kept(u64, Box<ProjectSession>),
     /// How an export goes.
     Exported(ExportProgress),
@@ -76,6 +77,16 @@ pub struct JobTools {
 }
 
 impl JobTools {
+    /// Tools that keep nothing and wake nobody.
+    #[cfg(test)]
+    pub(crate) fn of_test() -> Self {
+        Self {
+            autosave: Arc::new(|_| PathBuf::new()),
+            wake: Arc::new(|| ()),
+            endings: Vec::new(),
+        }
+    }
+
     /// Waits until a file is written that was closed before.
     pub(crate) fn wait_for(&self, file: &Path) {
         self.endings.iter().for_each(|ending| ending.wait_for(file));
@@ -89,8 +100,38 @@ impl JobTools {
 }
 
 impl Job {
-    /// Does the work, and tells what came of it. Touches the disk.
+    /// Does the work, and tells what came of it, also where it panics. Touches the disk.
     pub fn run(self, tools: &JobTools, tell: &(dyn Fn(Done) + Sync)) {
-        tell((self.work)(tools, tell));
+        let Self { name, work } = self;
+        let done = catch_unwind(AssertUnwindSafe(|| work(tools, tell)));
+        // The panic has been printed.
+        tell(done.unwrap_or_else(|_| {
+            let sentence = format!("An internal error ended work in the background ({name}).");
+            Done::Failed(sentence + " Your labels are safe; open the scene again to go on.")
+        }));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::effect::Effect;
+    use crate::model::{Model, Start};
+    use crate::preferences::Preferences;
+
+    #[test]
+    fn of_a_job_that_panics_one_is_told() {
+        let mut model = Model::new(Start::default(), Preferences::default());
+        model.start("audit", |_, _| panic!("a bug"));
+        let told = Mutex::new(Vec::new());
+        for effect in std::mem::take(&mut model.effects) {
+            if let Effect::Start(job) = effect {
+                job.run(&JobTools::of_test(), &|done| told.lock().unwrap().push(done));
+            }
+        }
+        let told = told.into_inner().unwrap();
+        assert!(matches!(&told[..], [Done::Failed(sentence)] if sentence.contains("(audit)")));
     }
 }

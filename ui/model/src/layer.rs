@@ -45,9 +45,12 @@ impl Layer {
     ];
 
     /// The layers that there are, in this order; `compared` says whether the scene is compared with another project.
-    pub fn present(compared: bool) -> impl Iterator<Item = Self> + Clone {
-        let is_there = move |layer: &Self| compared || *layer != Self::Differences;
-        Self::ALL.into_iter().filter(is_there)
+    pub fn present(compared: bool) -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(move |layer| layer.is_there(compared))
+    }
+
+    fn is_there(self, compared: bool) -> bool {
+        compared || self != Self::Differences
     }
 
     /// Name for people.
@@ -98,11 +101,12 @@ impl Layer {
         Self::ALL.into_iter().find(|layer| layer.number() == number)
     }
 
-    /// The next layer of those that there are.
+    /// The next layer of those that there are; it need not be one of them itself.
     #[must_use]
     pub fn next(self, compared: bool) -> Self {
-        let mut after = Self::present(compared).cycle().skip_while(|&layer| layer != self);
-        after.nth(1).unwrap_or(self)
+        let from = Self::ALL.into_iter().cycle().skip_while(|&layer| layer != self);
+        let next = from.skip(1).find(|layer| layer.is_there(compared));
+        next.unwrap_or(self)
     }
 
     /// Whether it is a view of the field.
@@ -163,4 +167,21 @@ impl Look {
         opacity: 0.0,
         outlines: false,
     };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_layer_of_a_comparison_has_its_turn_only_in_one_and_a_next_one_after_it() {
+        for (layer, compared, next) in [
+            (Layer::Disagreement, true, Layer::Differences),
+            (Layer::Disagreement, false, Layer::Depth),
+            (Layer::Differences, false, Layer::Depth),
+            (Layer::RenderedDepth, false, Layer::Color),
+        ] {
+            assert_eq!(layer.next(compared), next);
+        }
+    }
 }

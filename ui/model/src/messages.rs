@@ -67,8 +67,13 @@ impl Messages {
             text,
             until: lasting.map(|lasting| Instant::now() + lasting),
         });
-        let surplus = self.shown.len().saturating_sub(MOST);
-        self.shown.drain(..surplus);
+        if self.shown.len() > MOST {
+            // What failed stays as long as something else can go.
+            let info = self.shown[..MOST]
+                .iter()
+                .position(|message| message.level == Level::Info);
+            self.shown.remove(info.unwrap_or(0));
+        }
     }
 }
 
@@ -77,12 +82,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_same_message_is_shown_once_and_old_ones_make_room() {
+    fn the_same_message_is_shown_once_and_old_ones_make_room_errors_last() {
         let mut messages = Messages::default();
+        let shows = |messages: &Messages, texts: [&str; 4]| {
+            let shown = messages.shown.iter().map(|message| &message.text);
+            assert!(shown.eq(texts), "{messages:?}");
+        };
         for text in ["a", "b", "a", "c", "d", "e"] {
             messages.error(text);
         }
-        let shown = messages.shown.iter().map(|message| &message.text);
-        assert!(shown.eq(["a", "c", "d", "e"]));
+        shows(&messages, ["a", "c", "d", "e"]);
+        for text in ["f", "g"] {
+            messages.info(text);
+        }
+        shows(&messages, ["c", "d", "e", "g"]);
+        messages.error("h");
+        shows(&messages, ["c", "d", "e", "h"]);
     }
 }

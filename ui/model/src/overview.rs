@@ -132,19 +132,18 @@ impl Overview {
             self.contradicted = Versioned::new(Arc::new(contradicted));
         }
         self.frames.set_facts(facts);
-        let classes: BTreeSet<_> = labels.strokes.values().map(|stroke| stroke.class).collect();
-        let strokes = labels.strokes.values();
-        let strokes = strokes.filter(|stroke| stroke.class != VOID).count();
-        let used = classes.iter().filter(|&&class| class != VOID).count();
+        let said = labels.strokes.values().map(|stroke| stroke.class);
+        let said = said.filter(|&class| class != VOID);
+        let classes: BTreeSet<ClassId> = said.clone().collect();
         self.evidence = Evidence {
             says_anything: labels.says_anything(),
             // Imported labels have brought their classes.
             classes: if labels.imported.is_some() {
                 labels.classes.len()
             } else {
-                used
+                classes.len()
             },
-            strokes,
+            strokes: said.count(),
             checked,
             contradicted: self.contradicted.len(),
             unclear: self.unclear(scene),

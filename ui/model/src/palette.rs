@@ -102,7 +102,7 @@ pub struct Palette {
     /// Number of classes.
     count: usize,
     /// What is transparent of it.
-    hidden: Hidden,
+    pub hidden: Hidden,
 }
 
 impl Palette {
@@ -147,11 +147,6 @@ impl Palette {
     /// RGBA of a class; transparent for void and for unknown classes.
     pub fn class(&self, id: ClassId) -> [u8; 4] {
         self.classes.get(usize::from(id)).copied().unwrap_or_default()
-    }
-
-    /// What is hidden.
-    pub fn hidden(&self) -> &Hidden {
-        &self.hidden
     }
 
     /// RGBA of a column of a table; that of the last column beyond it.

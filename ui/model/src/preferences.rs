@@ -19,6 +19,7 @@ pub use store::Store;
 
 use crate::hints::Hint;
 use crate::keymap::{KeyMap, Shortcut};
+use crate::layer::Layer;
 use crate::settings::Settings;
 
 /// Smallest and largest scale of the window, in percent.
@@ -139,8 +140,16 @@ impl Preferences {
         settings
     }
 
-    /// Notes which settings differ from those of before.
-    pub(crate) fn note_settings(&mut self, before: Settings, now: Settings) {
+    /// Notes which settings differ from those of before; no layer of a comparison is kept.
+    pub(crate) fn note_settings(&mut self, before: Settings, mut now: Settings) {
+        for (layer, before) in [
+            (&mut now.layer, before.layer),
+            (&mut now.other_layer, before.other_layer),
+        ] {
+            if *layer == Layer::Differences {
+                *layer = before;
+            }
+        }
         let (before, now) = (before.to_json(), now.to_json());
         let entries = now.as_object().into_iter().flatten();
         let changed = entries.filter(|(key, value)| before[key.as_str()] != **value);

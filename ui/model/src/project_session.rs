@@ -19,7 +19,10 @@ pub struct ProjectSession {
     /// Whether the person has chosen a name.
     pub named: bool,
     failing: bool,
-    /// Without a journal: the steps since the last snapshot that another file was made from.
+    /// Whether the person has chosen a file, though it may not be written yet.
+    chosen: bool,
+    /// Without a journal: the attempt to make a file that the work goes on in, and the steps since that began.
+    pub(crate) attempt: u64,
     pub(crate) unrecorded: Vec<Step>,
 }
 
@@ -55,6 +58,8 @@ impl ProjectSession {
             path,
             named,
             failing: false,
+            chosen: named,
+            attempt: 0,
             unrecorded: Vec::new(),
         }
     }
@@ -93,9 +98,11 @@ impl ProjectSession {
     }
 
     /// Goes on in another file, where there is a journal that can.
-    pub fn save_to(&self, path: PathBuf) {
+    pub fn save_to(&mut self, path: PathBuf) {
         if let Some(journal) = &self.journal {
-            journal.save_as(path, !self.named);
+            // The file without a name goes, and none that was chosen a moment ago.
+            let is_chosen = std::mem::replace(&mut self.chosen, true);
+            journal.save_as(path, !is_chosen);
         }
     }
 
@@ -113,12 +120,13 @@ impl ProjectSession {
                 self.failing = false;
             }
             JournalEvent::Failed(_) => self.failing = true,
+            JournalEvent::NotSavedAs(_) => self.chosen = self.named,
             JournalEvent::NotBackedUp(_) => {}
             JournalEvent::Recovered { .. } => self.failing = false,
         }
     }
 
-    /// Writes what is queued and ends; waits for the disk, so only at the end of the program.
+    /// Writes what is queued and ends; waits for the disk.
     pub fn close(mut self) {
         drop(self.journal.take());
     }
@@ -162,11 +170,16 @@ impl Ending {
         matches!(self.done.try_recv(), Err(TryRecvError::Disconnected))
     }
 
-    /// Waits until all of it is written, if it is this file; touches the disk.
+    /// Waits until all of it is written.
+    pub fn wait(&self) {
+        // Nothing is ever sent: the end of the other side is the news.
+        let _ = self.done.recv();
+    }
+
+    /// The same if it is this file; touches the disk.
     pub fn wait_for(&self, file: &Path) {
         if same_file(&self.path, file) {
-            // Nothing is ever sent: the end of the other side is the news.
-            let _ = self.done.recv();
+            self.wait();
         }
     }
 }

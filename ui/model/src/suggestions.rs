@@ -81,10 +81,9 @@ impl Suggestions {
         self.answers.get(index).copied().flatten()
     }
 
-    /// The newest answer that can be taken back: the place, and its class.
-    pub fn last_answer(&self) -> Option<(&Suggestion, ClassId)> {
-        let answer = self.given.last()?;
-        Some((&answer.place, answer.class))
+    /// The class of the newest answer that can be taken back.
+    pub fn last_answer(&self) -> Option<ClassId> {
+        self.given.last().map(|answer| answer.class)
     }
 
     /// Number of skipped places that are not suggested.
@@ -94,7 +93,7 @@ impl Suggestions {
 
     /// Takes a new list over, made from labels of `generation`; `newest` is that of the labels of now. Returns the index
     /// of the place that was waited for, if there is one now; where there is no place any more, the waiting ends.
-    pub fn take_list(&mut self, generation: u64, list: Vec<Suggestion>, newest: u64) -> Option<usize> {
+    pub fn take_list(&mut self, generation: u64, mut list: Vec<Suggestion>, newest: u64) -> Option<usize> {
         if generation < newest {
             return None;
         }
@@ -105,7 +104,6 @@ impl Suggestions {
         }
         self.generation = generation;
         self.waiting = None;
-        let mut list = list;
         self.skipped.retain(|skipped| is_as_before(skipped, &list));
         list.retain(|place| !self.skipped.iter().any(|skipped| is_same(skipped, place)));
         let kept = self.at().map(|index| (index, self.listed[index].clone()));
@@ -168,18 +166,24 @@ impl Suggestions {
     /// returns its index.
     pub fn step(&mut self, backwards: bool) -> Option<usize> {
         let count = self.listed.len();
-        let open = |index: &usize| self.answers[*index].is_none();
         let from = match (self.at(), backwards) {
             (Some(index), false) => index + 1,
             (Some(index), true) => index + count - 1,
             (None, false) => 0,
             (None, true) => count.saturating_sub(1),
         };
+        self.go_on(from, backwards)
+    }
+
+    /// Goes to the first place that was not answered, looking from this one on or back; returns its index.
+    fn go_on(&mut self, from: usize, backwards: bool) -> Option<usize> {
+        let count = self.listed.len();
         let order = |offset: usize| match backwards {
             false => (from + offset) % count,
             true => (from + count - offset) % count,
         };
-        let next = (0..count).map(order).find(open)?;
+        let mut places = (0..count).map(order);
+        let next = places.find(|&index| self.answers[index].is_none())?;
         self.go_to(next);
         Some(next)
     }
@@ -221,12 +225,8 @@ impl Suggestions {
         self.skipped.push(self.listed.remove(index));
         self.version += 1;
         self.answers.remove(index);
-        self.mode = Mode::Away;
-        let count = self.listed.len();
-        let mut order = (0..count).map(|offset| (index + offset) % count);
-        let next = order.find(|&index| self.answers[index].is_none())?;
-        self.go_to(next);
-        Some(next)
+        self.leave();
+        self.go_on(index, false)
     }
 
     /// Lists the skipped places again, behind the others.
@@ -239,14 +239,9 @@ impl Suggestions {
     /// An undo or a redo was applied. An undone answer is shown again to whoever goes from place to place, a redone one
     /// counts as answered again; returns the index of a place to show.
     pub fn history_stepped(&mut self, edit: &Edit) -> Option<usize> {
-        let removed = |stroke| {
-            let mut changes = edit.strokes.iter();
-            changes.any(|change| change.id == stroke && change.after.is_none())
-        };
-        let added = |stroke| {
-            let mut changes = edit.strokes.iter();
-            changes.any(|change| change.id == stroke && change.before.is_none())
-        };
+        let change_of = |stroke: StrokeId| edit.strokes.iter().find(|change| change.id == stroke);
+        let removed = |stroke| change_of(stroke).is_some_and(|change| change.after.is_none());
+        let added = |stroke| change_of(stroke).is_some_and(|change| change.before.is_none());
         if let Some(answer) = self.given.pop_if(|answer| removed(answer.stroke)) {
             let index = self.list_again(&answer);
             self.taken_back.push(answer);
@@ -282,12 +277,9 @@ fn is_same(a: &Suggestion, b: &Suggestion) -> bool {
 /// Whether a place lies in the region of another, as far as one frame tells.
 fn is_in_region(place: &Suggestion, of: &Suggestion) -> bool {
     let [x, y] = place.pixel.map(|at| at as f32 + 0.5);
-    let left = || {
-        crossings(&of.outline, y)
-            .into_iter()
-            .filter(|&crossing| crossing < x)
-    };
-    place.frame == of.frame && left().count() % 2 == 1
+    let crossings = crossings(&of.outline, y);
+    let left = crossings.iter().filter(|&&crossing| crossing < x);
+    place.frame == of.frame && left.count() % 2 == 1
 }
 
 /// Whether a list says of a place what it said before, or nothing.

@@ -62,8 +62,7 @@ impl DrawnLine {
 }
 
 /// The next brush size: single pixels first, then coarser steps.
-pub fn stepped_brush(radius: u32, steps: i32) -> u32 {
-    let mut radius = radius;
+pub fn stepped_brush(mut radius: u32, steps: i32) -> u32 {
     for _ in 0..steps.unsigned_abs() {
         let step = 1 + radius / 8;
         radius = if steps > 0 {

@@ -20,7 +20,7 @@ use inplace_core::labels::{History, Stroke, VOID};
 use inplace_core::project::{JournalEvent, Step};
 use inplace_core::session::{Event, Session};
 
-use crate::class_view::Hidden;
+use crate::class_view::{Hidden, set};
 use crate::command::Command;
 use crate::dialogs::Dialog;
 use crate::effect::Effect;
@@ -140,7 +140,9 @@ impl Model {
             Command::MergeObject(from, into) => self.merge_object(from, into),
             Command::GoToObject(object) => self.go_to_object(object),
             Command::SeeObjects(found, parts) => self.see_objects(found, parts),
-            Command::UnfoldClass(class, unfolded) => self.unfold_class(class, unfolded),
+            Command::UnfoldClass(class, unfolded) => {
+                self.change_class_view(|view| set(&mut view.unfolded, class, unfolded));
+            }
             Command::SetClassThing(id, thing) => self.change_class(id, |class| class.thing = thing),
             Command::Delete(named) => self.delete(named),
             Command::MergeClass(from, into) => self.merge_class(from, into),
@@ -251,7 +253,7 @@ impl Model {
         self.state.workspace_mut().map(change).unwrap_or_default()
     }
 
-    pub(crate) fn show(&mut self, dialog: Option<Dialog>) {
+    pub(crate) fn show(&mut self, mut dialog: Option<Dialog>) {
         let opens_anywhere = matches!(
             dialog,
             None | Some(Dialog::Open(_) | Dialog::Help | Dialog::Settings(_))
@@ -260,22 +262,20 @@ impl Model {
             return;
         }
         self.give_up_focus();
-        self.state.dialog = match dialog {
-            Some(Dialog::SaveAs(path)) if path.is_empty() => {
-                Some(Dialog::SaveAs(self.state.suggested_path(".inplace")))
+        match &mut dialog {
+            Some(Dialog::SaveAs(path)) if path.is_empty() => *path = self.state.suggested_path(".inplace"),
+            Some(Dialog::SaveClasses(path)) if path.is_empty() => {
+                *path = self.state.suggested_path("-classes.json");
             }
             Some(Dialog::Export(choice)) if choice.path.is_empty() => {
-                let mut last = self.state.export_choice.clone();
-                if last.path.is_empty() {
-                    last.path = self.state.suggested_path("-labels");
+                choice.clone_from(&self.state.export_choice);
+                if choice.path.is_empty() {
+                    choice.path = self.state.suggested_path("-labels");
                 }
-                Some(Dialog::Export(last))
             }
-            Some(Dialog::SaveClasses(path)) if path.is_empty() => {
-                Some(Dialog::SaveClasses(self.state.suggested_path("-classes.json")))
-            }
-            dialog => dialog,
-        };
+            _ => {}
+        }
+        self.state.dialog = dialog;
     }
 
     /// Takes over what was typed or chosen in the dialog shown; it may have been closed meanwhile.

@@ -12,7 +12,7 @@ mod suggestions;
 use std::sync::Arc;
 use std::time::Instant;
 
-use inplace_core::labels::{ClassId, FoundObject, Pixel, StrokeId};
+use inplace_core::labels::{ClassId, FoundObject, StrokeId};
 use inplace_core::scene::{Frame, Scene, Viewpoint};
 use inplace_core::semantics::{KnownPart, Posterior, Surface};
 use inplace_core::session::{Command, FrameMap, ModelState, Phase, RenderedView, Session, Status};
@@ -22,7 +22,6 @@ use self::audit::Auditing;
 use crate::class_view::ClassView;
 use crate::comparison::{Comparison, DueFrames};
 use crate::document::Document;
-use crate::frames;
 use crate::hover::Hover;
 use crate::overview::Overview;
 use crate::settings::Settings;
@@ -231,18 +230,6 @@ impl Workspace {
         true
     }
 
-    /// The frame that a number or a name means.
-    pub fn frame_named(&self, text: &str) -> Option<usize> {
-        let stems = self.scene.frames.iter().map(|frame| frame.stem.as_str());
-        frames::find(&stems.collect::<Vec<_>>(), text, self.frame_index)
-    }
-
-    /// Shows a place of a frame.
-    pub fn go_to_place(&mut self, frame: usize, pixel: Pixel) {
-        self.go_to(frame);
-        self.view.center_on(pixel);
-    }
-
     /// Shows all of the frame, or all of the scene in the 3D view.
     pub fn fit(&mut self) {
         if self.space.shown {
@@ -284,5 +271,18 @@ impl Workspace {
             (.., Phase::Opening) => "Getting ready",
             (.., Phase::FindingSurface) => "Finding the surface",
         }
+    }
+}
+
+#[cfg(test)]
+impl Workspace {
+    /// A scene with the number 1, without labels, whose worker says nothing.
+    pub(crate) fn of_test(scene: Scene) -> Self {
+        use crossbeam_channel::unbounded;
+        use inplace_core::labels::History;
+
+        let ((commands, _), (_, events)) = (unbounded(), unbounded());
+        let session = Session::answered_by(commands, events, Arc::default());
+        Self::new(Arc::new(scene), 1, session, Document::new(History::default(), 0))
     }
 }

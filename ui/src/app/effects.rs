@@ -8,7 +8,7 @@ use inplace_core::session::{self, Session};
 use inplace_model::jobs::{Done, JobTools};
 use inplace_model::model::Stage;
 use inplace_model::preferences::Theme;
-use inplace_model::project_session::ProjectSession;
+use inplace_model::project_session::{Ending, ProjectSession};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Effect, Input};
 
@@ -166,11 +166,12 @@ impl App {
         }
         for effect in self.model.update(Command::CloseScene) {
             match effect {
-                Effect::CloseProject(project) => project.close(),
                 Effect::TakePicture(place, source) => self.jobs.take_last_picture(&place, &source),
                 effect => self.carry_out(effect),
             }
         }
+        // Also the files of what was closed before.
+        self.endings.iter().for_each(Ending::wait);
         self.store.keep(&self.model.preferences);
         self.store.finish();
     }

@@ -73,7 +73,7 @@ impl eframe::App for App {
         }
         if let (Some(stats), Some(workspace)) = (&mut self.stats, self.model.workspace()) {
             stats.in_view(workspace.frame_index);
-            if let Some(preview) = workspace.hover.shown() {
+            if let Some(preview) = &workspace.hover.shown {
                 stats.outlined(&preview.stroke);
             }
         }

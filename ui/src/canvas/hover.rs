@@ -20,7 +20,7 @@ pub struct HoverLayer(Option<(Arc<Preview>, Region)>);
 impl HoverLayer {
     /// Outlines what a click at the pointer would win, if anything is known of it.
     pub fn paint(&mut self, painter: &Painter, workspace: &Workspace, placement: Placement) {
-        let Some(preview) = workspace.hover.shown() else {
+        let Some(preview) = &workspace.hover.shown else {
             self.0 = None;
             return;
         };

@@ -188,7 +188,7 @@ fn object_rows(workspace: &Workspace, plane: &ObjectPlane, most: usize) -> Vec<R
         rows.push(Row::Note(format!("and {more} more")));
     }
     if rows.is_empty() {
-        let hidden = palette.hidden().is_some();
+        let hidden = palette.hidden.is_some();
         let note = if hidden {
             "No objects here that are not hidden"
         } else {

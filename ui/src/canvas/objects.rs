@@ -315,7 +315,7 @@ impl Entry {
     /// RGBA, where these are the colours of the classes.
     pub fn color(&self, classes: &Palette) -> [u8; 4] {
         let [r, g, b, opacity] = classes.class(self.class);
-        let hidden = classes.hidden();
+        let hidden = &classes.hidden;
         let ([r, g, b], is_hidden) = match &self.object {
             Some(object) => (
                 object_color([r, g, b], object.id, self.is_first),

@@ -64,7 +64,7 @@ fn result(ui: &mut Ui, workspace: &Workspace, audit: &Audit, commands: &mut Comm
     }
     ui.horizontal(|ui| {
         ui.label(format!("{judged} of {} places judged", audit.places.len()));
-        if let Some(next) = audit.next()
+        if let Some(next) = workspace.next_audited()
             && workspace.auditing.at.is_none()
             && ui.button("Go on").clicked()
         {

@@ -169,7 +169,8 @@ impl Reading {
             depth: frame.depth_at(pixel),
             wins: workspace
                 .hover
-                .shown()
+                .shown
+                .as_ref()
                 .zip(workspace.frame())
                 .map(|(preview, frame)| preview.pixels() as f32 / frame.camera.pixels() as f32),
         }

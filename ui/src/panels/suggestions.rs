@@ -247,7 +247,7 @@ fn footer(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         .resizable(false)
         .show_separator_line(false)
         .show(ui, |ui| {
-            if let Some((_, class)) = answer {
+            if let Some(class) = answer {
                 let (name, color) = workspace.document.name_and_color(class);
                 let text = format!("Last answer: {name}");
                 row(ui, Some(color), &text, &UNDO.named(ui.ctx()), || {

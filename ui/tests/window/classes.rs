@@ -92,7 +92,7 @@ fn a_locked_class_is_neither_drawn_nor_covered_nor_erased_nor_changed() {
     ] {
         window.act(change);
     }
-    window.says("to rename, merge or delete it");
+    window.says("to change it or its strokes");
     assert_eq!(names(&window), ["wall", "floor"]);
     assert_eq!(window.strokes(), 2);
     window.act(Command::UnlockAll);

@@ -37,7 +37,8 @@ fn answer(stroke: &Stroke, generation: u64) -> Event {
 }
 
 fn outlined(window: &Window) -> Option<u64> {
-    window.workspace().hover.shown().map(|preview| preview.pixels())
+    let shown = window.workspace().hover.shown.as_ref();
+    shown.map(|preview| preview.pixels())
 }
 
 /// A window with a class, a map of no class and the pointer on its frame, and what was asked of that.

@@ -167,7 +167,7 @@ fn a_locked_object_keeps_its_strokes_and_those_that_lie_on_it() {
 fn objects_are_hidden_one_by_one_or_all_but_one_and_the_project_keeps_that() {
     let folder = tempfile::tempdir().unwrap();
     let hidden = |window: &Window| {
-        let hidden = window.workspace().document.palette().hidden().clone();
+        let hidden = window.workspace().document.palette().hidden.clone();
         [1, 2].map(|number| hidden.has(id(number)))
     };
     {

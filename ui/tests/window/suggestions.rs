@@ -316,3 +316,18 @@ fn where_a_thing_is_likely_it_is_asked_which_one() {
     window.key(Key::Enter);
     assert_eq!((last_stroke(&window).0, newest(&window)), (2, None));
 }
+
+#[test]
+fn an_answer_that_a_lock_refuses_says_so_and_its_place_waits() {
+    let mut window = Window::with_classes(&["wall", "floor"]);
+    window.point(Tool::Brush, [8, 8]);
+    window.act(Command::SetLocked(Named::Class(FLOOR), true));
+    suggest_now(&mut window, vec![place(0, [8, 8], &[WALL, FLOOR])]);
+    window.key(Key::N);
+    window.key(Key::Num2);
+    window.says("unlock it in the class list to label with it");
+    window.key(Key::Num1);
+    window.says("would cover what is labelled \"floor\"");
+    assert_eq!(window.strokes(), 1);
+    assert_eq!(window.workspace().suggestions().at(), Some(0));
+}

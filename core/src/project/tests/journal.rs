@@ -63,7 +63,7 @@ fn work_without_a_name_goes_on_in_the_new_file_and_leaves_nothing_behind() {
     journal.record(click(&mut history, 2));
     assert_eq!(event(&journal), JournalEvent::Saved { path: new.clone() });
     journal.save_as(folder.path().join("no/such/folder.inplace"), true);
-    assert!(matches!(event(&journal), JournalEvent::Failed(_)));
+    assert!(matches!(event(&journal), JournalEvent::NotSavedAs(_)));
     journal.record(click(&mut history, 3));
     journal.close().unwrap();
     assert_eq!(names(folder.path()), [".inplace-backups", "new.inplace"]);

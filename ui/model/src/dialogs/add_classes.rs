@@ -60,13 +60,9 @@ impl AddClasses {
     /// Takes over what a file holds, or why it cannot be used.
     pub fn take_file(&mut self, read: Result<Vec<Class>, ImportError>) {
         if self.source == ClassSource::File {
-            match read {
-                Ok(classes) => self.list(classes),
-                Err(error) => {
-                    self.list(Vec::new());
-                    self.problem = Some(error.to_string());
-                }
-            }
+            let problem = read.as_ref().err().map(ImportError::to_string);
+            self.list(read.unwrap_or_default());
+            self.problem = problem;
         }
     }
 

@@ -11,11 +11,8 @@ impl Model {
     /// Draws places from these per cent of the frames.
     pub(crate) fn draw_audit(&mut self, percent: u8) {
         let first = self.start.seed;
-        let Some(workspace) = self
-            .state
-            .workspace_mut()
-            .filter(|workspace| !workspace.auditing.is_drawing)
-        else {
+        let workspace = self.state.workspace_mut();
+        let Some(workspace) = workspace.filter(|workspace| !workspace.auditing.is_drawing) else {
             return;
         };
         workspace.auditing.is_drawing = true;
@@ -32,11 +29,7 @@ impl Model {
 
     /// Places were drawn, if anything is labelled.
     pub(crate) fn audit_drawn(&mut self, serial: u64, audit: Option<Box<Audit>>) {
-        let Some(workspace) = self
-            .state
-            .workspace_mut()
-            .filter(|workspace| workspace.serial == serial)
-        else {
+        let Some(workspace) = self.state.workspace_numbered(serial) else {
             return;
         };
         workspace.auditing.is_drawing = false;

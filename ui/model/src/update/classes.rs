@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use inplace_core::export::write_json;
-use inplace_core::labels::{AddedClasses, Class, ClassId, ImportError, Object, Stroke, read_class_list};
+use inplace_core::labels::{AddedClasses, Class, ClassId, ImportError, Object, read_class_list};
 
 use crate::class_view::{ClassView, Named};
 use crate::dialogs::{ClassFinder, ClassUse, Dialog};
@@ -52,13 +52,6 @@ impl Model {
         if !self.locked_refuses_loss(from) && !self.locked_refuses_change(into) {
             self.edit(|history| history.merge_class(from, into));
         }
-    }
-
-    /// Whether a lock keeps a stroke from being added; then a message says so.
-    pub(crate) fn lock_refuses(&mut self, stroke: &Stroke) -> bool {
-        let workspace = self.state.workspace();
-        let sentence = workspace.and_then(|workspace| workspace.lock_on(stroke));
-        self.refuse(sentence)
     }
 
     /// A message where an eraser passes over strokes of a locked class or object.
@@ -168,7 +161,7 @@ impl Model {
 
 /// Why what has this name stays as it is.
 pub(crate) fn unchanged(name: String) -> String {
-    format!("\"{name}\" is locked: unlock it in the class list to rename, merge or delete it.")
+    format!("\"{name}\" is locked: unlock it in the class list to change it or its strokes.")
 }
 
 /// What became of the classes that were to be added.

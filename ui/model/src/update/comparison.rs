@@ -78,7 +78,7 @@ impl Model {
             self.state.messages.info(warning);
         }
         self.with_workspace(|workspace| {
-            let comparison = Comparison::new(other, workspace.document.classes());
+            let comparison = Comparison::new(Arc::new(other), workspace.document.classes());
             workspace.comparison = Some(comparison);
             workspace.overview.changed();
             workspace.space.shown = false;
@@ -126,8 +126,7 @@ impl Model {
 
     /// Frames were counted.
     pub(crate) fn differences_counted(&mut self, serial: u64, matching: Version, counted: Counted) {
-        let workspace = self.state.workspace_mut();
-        if let Some(workspace) = workspace.filter(|workspace| workspace.serial == serial)
+        if let Some(workspace) = self.state.workspace_numbered(serial)
             && let Some(comparison) = &mut workspace.comparison
         {
             comparison.take(matching, counted);
@@ -147,8 +146,7 @@ mod tests {
     fn after_a_comparison_the_layer_is_again_the_one_that_the_person_chose() {
         let mut model = Model::new(Start::default(), Preferences::default());
         model.update(Command::ChooseLayer(Layer::Entropy));
-        // As when another project was read.
-        model.state.settings.layer = Layer::Differences;
+        model.update(Command::ChooseLayer(Layer::Differences));
         model.update(Command::SetOpacity(0.25));
         model.update(Command::EndComparison);
         assert_eq!(model.settings.layer, Layer::Entropy);

@@ -24,7 +24,7 @@ impl Model {
                 Ok(attached) => self.show_workspace(ticket, scene, attached),
                 Err(error) => self.other_scene(ticket, &scene.source, format!("{error}.")),
             },
-            Done::Kept(serial, project) => self.project_made(serial, *project),
+            Done::Kept(attempt, project) => self.project_made(attempt, *project),
             Done::Exported(progress) => self.exported(progress),
             Done::Imported(ticket, images) => self.imported(ticket, *images),
             Done::ComparisonGoesOn(ticket, words) => self.comparison_goes_on(ticket, words),
@@ -100,7 +100,9 @@ impl Model {
         }
         match event {
             JournalEvent::Saved { path } => self.saved_to(&path, before),
-            JournalEvent::Failed(sentence) | JournalEvent::NotBackedUp(sentence) => {
+            JournalEvent::Failed(sentence)
+            | JournalEvent::NotSavedAs(sentence)
+            | JournalEvent::NotBackedUp(sentence) => {
                 self.state.messages.error(sentence);
             }
             JournalEvent::Recovered { path } => {
@@ -115,13 +117,10 @@ impl Model {
 mod tests {
     use std::path::Path;
 
-    use crossbeam_channel::unbounded;
-    use inplace_core::labels::{History, read_class_list};
+    use inplace_core::labels::read_class_list;
     use inplace_core::scene::{Scene, SceneSource};
-    use inplace_core::session::Session;
 
     use super::*;
-    use crate::document::Document;
     use crate::model::Start;
     use crate::preferences::Preferences;
     use crate::workspace::Workspace;
@@ -130,10 +129,7 @@ mod tests {
     #[test]
     fn what_an_import_that_was_cancelled_read_and_what_is_wrong_with_another_scene_is_dropped() {
         let mut model = Model::new(Start::default(), Preferences::default());
-        let scene = Arc::new(Scene::new(SceneSource::Demo, "test", Vec::new()));
-        let ((commands, _), (_, events)) = (unbounded(), unbounded());
-        let session = Session::answered_by(commands, events, Arc::default());
-        let workspace = Workspace::new(scene, 1, session, Document::new(History::default(), 0));
+        let workspace = Workspace::of_test(Scene::new(SceneSource::Demo, "test", Vec::new()));
         model.state.stage = Stage::Open(Box::new(workspace));
         model.state.importing = Some(7);
         model.update(Input::Command(Command::CancelImport));

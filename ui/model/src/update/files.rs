@@ -8,7 +8,7 @@ use inplace_core::scene::SceneSource;
 use crate::dialogs::{Dialog, ExportChoice, MovedScene, Purpose};
 use crate::effect::Effect;
 use crate::jobs::Done;
-use crate::model::Model;
+use crate::model::{Model, Stage};
 use crate::opening::{Target, new_project};
 use crate::preferences::{PreferenceChange, RecentPlace};
 use crate::project_session::{ProjectSession, SavedState};
@@ -64,49 +64,37 @@ impl Model {
 
     pub(crate) fn save_to(&mut self, path: PathBuf) {
         self.state.dialog = None;
-        let (Some(_), Some(project)) = (self.state.workspace(), &self.state.project) else {
+        let (Stage::Open(workspace), Some(project)) = (&mut self.state.stage, &mut self.state.project) else {
             return;
         };
-        if project.saved_state() == SavedState::MemoryOnly {
-            self.make_project(path);
-        } else {
-            project.save_to(path);
+        workspace.save();
+        if project.saved_state() != SavedState::MemoryOnly {
+            return project.save_to(path);
         }
-        self.with_workspace(Workspace::save);
-    }
-
-    /// There was no file to keep the work in so far: make one.
-    fn make_project(&mut self, path: PathBuf) {
-        if let Some(project) = &mut self.state.project {
-            // It gets all of the history so far.
-            project.unrecorded.clear();
-        }
-        let Some(workspace) = self.state.workspace() else {
-            return;
-        };
-        let (serial, scene) = (workspace.serial, Arc::clone(&workspace.scene));
-        let (open, history) = (self.read, workspace.document.history().clone());
+        // There was no file to keep the work in so far: one is made, and gets all of the history so far.
+        self.last_ticket += 1;
+        let attempt = self.last_ticket;
+        project.attempt = attempt;
+        project.unrecorded.clear();
+        let (scene, open) = (Arc::clone(&workspace.scene), self.read);
+        let history = workspace.document.history().clone();
         self.start("save", move |tools, _| {
             match new_project(path, &scene, open, history, tools.waker()) {
-                Ok(project) => Done::Kept(serial, Box::new(project)),
+                Ok(project) => Done::Kept(attempt, Box::new(project)),
                 Err(error) => Done::Failed(error.to_string()),
             }
         });
     }
 
-    /// The work in memory has a file from now on.
-    pub(crate) fn project_made(&mut self, serial: u64, mut project: ProjectSession) {
-        let workspace = self.state.workspace();
-        if workspace.is_none_or(|workspace| workspace.serial != serial) {
+    /// The work in memory has a file from now on, unless the scene was closed or another file was chosen meanwhile.
+    pub(crate) fn project_made(&mut self, attempt: u64, mut project: ProjectSession) {
+        let memory_only = self.state.project.as_mut();
+        let Some(memory_only) = memory_only.filter(|waiting| waiting.attempt == attempt) else {
             self.effects.push(Effect::CloseProject(Box::new(project)));
             return;
-        }
-        if let Some(memory_only) = &mut self.state.project {
-            memory_only
-                .unrecorded
-                .drain(..)
-                .for_each(|step| project.record(step));
-        }
+        };
+        let steps = memory_only.unrecorded.drain(..);
+        steps.for_each(|step| project.record(step));
         let (before, path) = (self.state.place(), project.path.clone());
         self.state.project = Some(project);
         self.saved_to(&path, before);
@@ -126,10 +114,17 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
+
+    use inplace_core::project::{Contents, JournalEvent};
+    use inplace_core::scene::demo::Shot;
+
     use super::*;
-    use crate::Input;
+    use crate::dialogs::ClassUse;
+    use crate::jobs::{Job, JobTools};
     use crate::model::Start;
     use crate::preferences::Preferences;
+    use crate::{Command, Input};
 
     #[test]
     fn a_picked_path_goes_to_what_asked_for_it_whatever_dialog_is_shown_by_then() {
@@ -151,5 +146,49 @@ mod tests {
             Some(PathBuf::from("other.inplace")),
         )));
         assert_eq!(model.dialog, Some(Dialog::SaveAs("other.inplace".to_owned())));
+    }
+
+    #[test]
+    fn work_in_memory_goes_on_in_the_file_that_was_chosen_last_with_every_step() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut model = Model::new(Start::default(), Preferences::default());
+        let workspace = Workspace::of_test(Shot::new(2, [16, 16]).scene(&|_, _| {}));
+        model.state.stage = Stage::Open(Box::new(workspace));
+        model.state.project = Some(ProjectSession::new(None, PathBuf::new(), false));
+        let add = |model: &mut Model, name: &str| {
+            model.update(Command::AddClass(ClassUse::Choose, name.to_owned()));
+        };
+        let save = |model: &mut Model, name: &str| -> Job {
+            let effects = model.update(Command::SaveTo(folder.path().join(name)));
+            let job = effects.into_iter().find_map(|effect| match effect {
+                Effect::Start(job) => Some(job),
+                _ => None,
+            });
+            job.unwrap()
+        };
+        let run = |model: &mut Model, job: Job| {
+            let done = Mutex::new(None);
+            job.run(&JobTools::of_test(), &|told| *done.lock().unwrap() = Some(told));
+            let done = done.into_inner().unwrap();
+            model.update(Input::Done(done.unwrap()));
+        };
+        add(&mut model, "wall");
+        let first = save(&mut model, "first.inplace");
+        add(&mut model, "floor");
+        let second = save(&mut model, "second.inplace");
+        run(&mut model, first);
+        add(&mut model, "door");
+        run(&mut model, second);
+        add(&mut model, "lamp");
+        // A name that cannot be had changes nothing about the file that there is.
+        let sentence = "third.inplace: cannot be saved".to_owned();
+        model.update(Input::Journal(JournalEvent::NotSavedAs(sentence)));
+        let project = model.state.project.take().unwrap();
+        assert_ne!(project.saved_state(), SavedState::Failing);
+        let path = project.path.clone();
+        assert!(path.ends_with("second.inplace"));
+        project.close();
+        let kept = Contents::read(&path).unwrap().history;
+        assert_eq!(kept.labels().classes.len(), 4);
     }
 }

@@ -10,7 +10,6 @@ use crate::dialogs::{ClassUse, Dialog};
 use crate::effect::Effect;
 use crate::model::Model;
 use crate::tool::{DrawnLine, Tool};
-use crate::workspace::Workspace;
 
 impl Model {
     /// Changes the labels and keeps the edit.
@@ -31,7 +30,8 @@ impl Model {
             return false;
         };
         stroke.class = class;
-        if self.lock_refuses(&stroke) {
+        let locked = workspace.lock_on(&stroke);
+        if self.refuse(locked) {
             return false;
         }
         let edit = self.with_workspace(|workspace| {
@@ -128,7 +128,8 @@ impl Model {
             Some(index) => workspace.document.classes().get(index).map(|class| class.id),
             None => Some(VOID),
         };
-        match (class, self.stroke_to_change()) {
+        let selected = workspace.selected;
+        match (class, selected.filter(|_| self.state.settings.tool == Tool::Select)) {
             (None, _) => {}
             (Some(class), _) if workspace.suggestions().is_active() => self.answer_with(class),
             (Some(class), Some(stroke)) => self.change_stroke_class(stroke, class),
@@ -146,8 +147,10 @@ impl Model {
 
     /// Labels what is outlined at the pointer.
     pub(crate) fn label_outlined(&mut self) {
-        let workspace = self.state.workspace();
-        let Some(region) = workspace.and_then(Workspace::outlined) else {
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let Some(region) = workspace.outlined() else {
             let sentence = "Nothing is outlined here: point at something that a click would win.";
             return self.state.messages.info(sentence);
         };

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use inplace_core::labels::{ClassId, Edit, FoundObject, History, ObjectId};
+use inplace_core::labels::{Edit, FoundObject, History, ObjectId};
 use inplace_core::semantics::KnownPart;
 
-use crate::class_view::set;
 use crate::layer::Layer;
 use crate::model::Model;
 use crate::tool::DrawnLine;
@@ -20,11 +19,10 @@ impl Model {
 
     /// Draws on a new object, and then goes on with what was said before.
     pub(crate) fn draw_object(&mut self, line: DrawnLine) {
-        let before = self.state.workspace().and_then(Workspace::saying);
-        let unnamed = self
-            .state
-            .workspace()
-            .is_some_and(|workspace| workspace.class.is_none());
+        let Some(workspace) = self.state.workspace() else {
+            return;
+        };
+        let (before, unnamed) = (workspace.saying(), workspace.class.is_none());
         if unnamed || self.say_new_object() {
             self.draw(line);
         }
@@ -90,14 +88,10 @@ impl Model {
             return self.state.messages.info(sentence);
         };
         self.with_workspace(|workspace| {
-            workspace.go_to_place(frame, pixel);
+            workspace.go_to(frame);
+            workspace.view.center_on(pixel);
             workspace.space.shown = false;
         });
-    }
-
-    /// Lists the objects of a class below it, or the class alone.
-    pub(crate) fn unfold_class(&mut self, id: ClassId, unfolded: bool) {
-        self.change_class_view(|view| set(&mut view.unfolded, id, unfolded));
     }
 
     pub(crate) fn known_object(&self, id: ObjectId) -> Option<FoundObject> {

@@ -96,6 +96,7 @@ impl Model {
         let preferred = &self.state.preferences;
         let threads = preferred.threads.map(|threads| threads.min(cores()));
         let threads = self.start.threads.or(threads).unwrap_or_else(usual_threads);
+        let features = self.start.features.as_ref().or(preferred.features.as_ref());
         SessionOptions {
             source,
             open,
@@ -103,12 +104,7 @@ impl Model {
             threads: threads.max(1),
             seed: self.start.seed,
             views: false,
-            features: self
-                .start
-                .features
-                .as_ref()
-                .or(preferred.features.as_ref())
-                .cloned(),
+            features: features.cloned(),
             state,
         }
     }
@@ -220,8 +216,7 @@ impl Model {
 
     /// The poses of a scene were held against its images; what does not fit stays on the screen until it is dismissed.
     pub(crate) fn poses_checked(&mut self, serial: u64, problems: Vec<String>) {
-        let workspace = self.state.workspace();
-        if workspace.is_some_and(|workspace| workspace.serial == serial) {
+        if self.state.workspace_numbered(serial).is_some() {
             for problem in problems {
                 self.state.messages.error(problem);
             }

@@ -15,7 +15,8 @@ impl Model {
     }
 
     pub(crate) fn delete_selected(&mut self) {
-        if let Some(stroke) = self.selected() {
+        let workspace = self.state.workspace();
+        if let Some(stroke) = workspace.and_then(|workspace| workspace.selected) {
             self.delete_stroke(stroke);
         }
     }
@@ -39,15 +40,5 @@ impl Model {
             workspace.locked_by(id, stroke).map(str::to_owned)
         });
         self.refuse(locked.map(unchanged))
-    }
-
-    /// The stroke that a choice of a class is about: the selected one, while the tool is the one that selects.
-    pub(crate) fn stroke_to_change(&self) -> Option<StrokeId> {
-        self.selected()
-            .filter(|_| self.state.settings.tool == Tool::Select)
-    }
-
-    fn selected(&self) -> Option<StrokeId> {
-        self.state.workspace().and_then(|workspace| workspace.selected)
     }
 }

@@ -1,6 +1,6 @@
 //! Actions on the suggestions.
 
-use inplace_core::labels::{ClassId, FoundObject, Label};
+use inplace_core::labels::{ClassId, FoundObject, Label, Stroke};
 use inplace_core::project::Step;
 
 use crate::model::Model;
@@ -74,6 +74,14 @@ impl Model {
     }
 
     fn answer(&mut self, index: usize, class: ClassId, object: Option<FoundObject>) {
+        let locked = self.state.workspace().and_then(|workspace| {
+            let place = workspace.suggestions().listed.get(index)?;
+            let click = Stroke::click(place.frame, class, place.pixel);
+            workspace.lock_on_saying(&click, object.as_ref().map(|object| &object.object))
+        });
+        if self.refuse(locked) {
+            return;
+        }
         let edit = self.with_workspace(|workspace| {
             // So that it is seen what the answer does.
             if workspace.suggestions().at() != Some(index) {

@@ -1,5 +1,6 @@
 //! Actions that change what is looked at.
 
+use crate::frames::find;
 use crate::model::Model;
 use crate::workspace::Workspace;
 
@@ -12,8 +13,10 @@ impl Model {
     }
 
     pub(crate) fn find_frame(&mut self, text: &str) {
-        let workspace = self.state.workspace();
-        let found = workspace.and_then(|workspace| workspace.frame_named(text));
+        let found = self.state.workspace().and_then(|workspace| {
+            let stems = workspace.scene.frames.iter().map(|frame| frame.stem.as_str());
+            find(&stems.collect::<Vec<_>>(), text, workspace.frame_index)
+        });
         if found.is_some() {
             self.go_to(|_| found);
         } else if !text.trim().is_empty() {

@@ -63,6 +63,8 @@ impl Model {
     pub(crate) fn exported(&mut self, progress: ExportProgress) {
         self.state.export = match progress {
             ExportProgress::Failed(sentence) => {
+                // The window stays open, for this to be read.
+                self.closes_after_export = false;
                 self.state.messages.error(sentence);
                 None
             }
@@ -84,9 +86,9 @@ impl Model {
     }
 
     /// The system asks to close the window. During an export it closes after its end; asked once more, it stops the
-    /// export first.
+    /// export first, and asked then, it closes at once: a disk may hang.
     pub(crate) fn close_window(&mut self) {
-        if !self.is_exporting() {
+        if !self.is_exporting() || self.closes_after_export && self.state.stopping_export {
             return;
         }
         self.effects.push(Effect::KeepWindowOpen);
@@ -176,9 +178,8 @@ impl Model {
         if let Some(workspace) = self.state.workspace_mut() {
             let due = workspace.refresh_overview(now);
             wake = wake.into_iter().chain(workspace.overview.wake_in(now)).min();
-            let maps = Arc::clone(workspace.session.maps());
             if let Some(due) = due {
-                let serial = workspace.serial;
+                let (serial, maps) = (workspace.serial, Arc::clone(workspace.session.maps()));
                 let imported = workspace.document.labels().imported.clone();
                 self.start("summaries", move |_, _| {
                     Done::Summarised(serial, summarise(&maps, imported.as_ref(), due))
@@ -191,10 +192,31 @@ impl Model {
 
     /// Maps were summed up.
     pub(crate) fn summarised(&mut self, serial: u64, made: Vec<Summarised>) {
-        if let Some(workspace) = self.state.workspace_mut()
-            && workspace.serial == serial
-        {
+        if let Some(workspace) = self.state.workspace_numbered(serial) {
             workspace.overview.take_summaries(made, Instant::now());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Start;
+    use crate::preferences::Preferences;
+    use crate::{Command, Input};
+
+    #[test]
+    fn a_window_that_waits_for_an_export_stays_open_where_that_fails() {
+        let mut model = Model::new(Start::default(), Preferences::default());
+        for (outcome, closes) in [
+            (ExportProgress::Failed("The disk is full.".to_owned()), false),
+            (ExportProgress::Cancelled(PathBuf::from("out"), 0, 1), true),
+        ] {
+            model.state.export = Some(ExportProgress::Writing(0, 1));
+            model.update(Command::CloseWindow);
+            let effects = model.update(Input::Done(Done::Exported(outcome)));
+            let is_close = |effect: &Effect| matches!(effect, Effect::CloseWindow);
+            assert_eq!(effects.iter().any(is_close), closes);
         }
     }
 }

@@ -27,6 +27,13 @@ impl Workspace {
         Some((frame, place.pixel))
     }
 
+    /// The first place that nothing was said of, in a frame that is there.
+    pub fn next_audited(&self) -> Option<usize> {
+        let places = &self.auditing.audit.as_ref()?.places;
+        let is_open = |&index: &usize| places[index].verdict.is_none() && self.audited_place(index).is_some();
+        (0..places.len()).find(is_open)
+    }
+
     /// Shows a place, from now on the one that keys judge; whether it is there.
     pub(crate) fn show_audited(&mut self, index: usize) -> bool {
         let Some((frame, pixel)) = self.audited_place(index) else {
@@ -44,11 +51,46 @@ impl Workspace {
 
     /// Says this of the place at hand and shows the next one; whether there is one.
     pub(crate) fn judge(&mut self, verdict: Verdict) -> bool {
-        let at = self.auditing.at.take();
-        let next = self.auditing.audit.as_mut().and_then(|audit| {
-            audit.places.get_mut(at?)?.verdict = Some(verdict);
-            audit.next()
+        if let (Some(at), Some(audit)) = (self.auditing.at.take(), &mut self.auditing.audit)
+            && let Some(place) = audit.places.get_mut(at)
+        {
+            place.verdict = Some(verdict);
+        }
+        self.next_audited().is_some_and(|next| self.show_audited(next))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use inplace_core::guide::audit::{AuditPlace, AuditedFrame};
+    use inplace_core::scene::demo::Shot;
+
+    use super::*;
+
+    #[test]
+    fn places_of_frames_that_are_gone_are_passed_over() {
+        let mut workspace = Workspace::of_test(Shot::new(2, [16, 16]).scene(&|_, _| {}));
+        let stem = workspace.scene.frames[1].stem.clone();
+        let frames = ["gone".to_owned(), stem].map(|stem| AuditedFrame {
+            stem,
+            labelled: 1,
+            entropy: 0.0,
         });
-        next.is_some_and(|next| self.show_audited(next))
+        let places = [1, 0, 1].map(|frame| AuditPlace {
+            frame,
+            pixel: [1, 1],
+            class: 1,
+            verdict: None,
+        });
+        workspace.auditing.audit = Some(Audit {
+            frames: frames.into(),
+            entropy: 0.0,
+            places: places.into(),
+            edits: 0,
+            seed: 0,
+        });
+        assert!(workspace.show_audited(0) && workspace.judge(Verdict::Right));
+        assert_eq!(workspace.auditing.at, Some(2));
+        assert!(!workspace.judge(Verdict::Wrong));
     }
 }

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use inplace_core::labels::{ClassId, ObjectId, Pixel, Stroke, StrokeId, VOID, erase, pixels_of, rasterise};
+use inplace_core::labels::{
+    ClassId, Object, ObjectId, Pixel, Stroke, StrokeId, VOID, erase, pixels_of, rasterise,
+};
 
 use super::Workspace;
 use crate::class_view::ClassView;
@@ -62,7 +64,11 @@ impl Workspace {
 
     /// Why a lock keeps a stroke from being drawn, a sentence; `None` where none does.
     pub fn lock_on(&self, stroke: &Stroke) -> Option<String> {
-        let said = self.said().filter(|said| said.class == stroke.class);
+        self.lock_on_saying(stroke, self.said().filter(|said| said.class == stroke.class))
+    }
+
+    /// The same of a stroke that says this object, or its class alone.
+    pub(crate) fn lock_on_saying(&self, stroke: &Stroke, said: Option<&Object>) -> Option<String> {
         let own = self.document.labels().class(stroke.class);
         let own = own
             .filter(|class| self.is_locked(class.id))

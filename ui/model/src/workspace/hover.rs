@@ -19,7 +19,7 @@ impl Workspace {
 
     /// What is outlined at the pointer as a stroke that labels it, if anything is.
     pub(crate) fn outlined(&self) -> Option<Stroke> {
-        let preview = self.hover.shown()?;
+        let preview = self.hover.shown.as_ref()?;
         let camera = &self.scene.frames.get(preview.stroke.frame)?.camera;
         let known = self.surface.as_ref();
         let nodes = known.map(|known| known.surface.nodes_of(preview.stroke.frame).unpack());

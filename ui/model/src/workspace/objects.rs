@@ -70,12 +70,10 @@ impl Workspace {
 
     /// From now on, strokes of the current class say a new object of it; returns a sentence where it can have none.
     pub(crate) fn say_new_object(&mut self) -> Option<String> {
-        let labels = self.document.labels();
-        let class = self.class.and_then(|class| labels.class(class));
-        let Some(class) = class else {
+        let is_class = |&id: &ClassId| self.document.labels().class(id).is_some();
+        let Some(class) = self.class.filter(is_class) else {
             return Some("Choose the class of the object first.".to_owned());
         };
-        let class = class.id;
         self.said = self.new_object(class);
         self.said.is_none().then(|| self.why_no_object(class))
     }

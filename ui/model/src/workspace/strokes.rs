@@ -37,11 +37,9 @@ impl Workspace {
             Some(&[[from, y], [to, row]]) if y == row => Some([from.midpoint(to), y]),
             line => line.and_then(|line| line.get(line.len() / 2)).copied(),
         };
-        match middle {
-            Some(pixel) => self.go_to_place(stroke.frame, pixel),
-            None => {
-                self.go_to(stroke.frame);
-            }
+        self.go_to(stroke.frame);
+        if let Some(pixel) = middle {
+            self.view.center_on(pixel);
         }
         self.select(Some(id));
     }
