@@ -84,7 +84,7 @@ impl App {
         let canvas = Canvas::new(environment.target);
         let stats = options
             .stats
-            .map(|started| Stats::new(canvas.clock().clone(), environment.renderer, started));
+            .map(|started| Stats::new(canvas.clock.clone(), environment.renderer, started));
         let mut app = Self {
             model: Model::new(options.start, environment.preferences.preferences().clone()),
             canvas,
@@ -107,7 +107,7 @@ impl App {
                 .look_at(recents.iter().map(|recent| recent.place.clone()).collect());
         }
         if let Some(target) = options.open {
-            app.act(Command::Open(target));
+            app.update(Command::Open(target));
         }
         app
     }

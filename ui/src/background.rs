@@ -76,7 +76,12 @@ impl<Question, Answer> Desk<Question, Answer> {
     /// [`Gone`] when there will be none.
     pub fn newest(&self) -> Result<Question, Gone> {
         let first = self.next()?;
-        Ok(self.questions.try_iter().last().unwrap_or(first))
+        Ok(self.waiting().last().unwrap_or(first))
+    }
+
+    /// The questions that wait, the first first.
+    pub fn waiting(&self) -> impl Iterator<Item = Question> {
+        self.questions.try_iter()
     }
 
     /// Whether a question waits.

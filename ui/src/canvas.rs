@@ -21,13 +21,13 @@ mod view;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
 
 use egui::{Align2, CursorIcon, Event, Key, Pos2, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 use inplace_core::labels::Pixel;
 use inplace_model::layer::{Layer, Look};
 use inplace_model::palette::Palette;
 use inplace_model::settings::Settings;
+use inplace_model::text::counted;
 use inplace_model::tool::{Tool, stepped_brush};
 use inplace_model::versioned::{Version, Versioned};
 use inplace_model::view::View;
@@ -39,18 +39,17 @@ pub use field_view::{FieldView, FieldViewer};
 pub use frame_view::FrameView;
 pub use gpu::{UploadClock, make_ready};
 pub use legend::field_words;
-pub use objects::{EntryColors, ObjectPlane, SceneObjects, object_color, object_words};
+pub use objects::{EntryColors, SceneObjects, object_color, object_words};
 pub use overlay::{marker, region};
 pub use shapes::stroke_color;
 pub use split::{below_menus, layer_menu};
-pub use strokes::StrokeLayer;
 pub use view::rect_of;
 
 use crate::input_order::InputOrder;
 use crate::{keys, theme};
 use content::{Content, Picture};
 use hover::HoverLayer;
-use inplace_model::text::counted;
+use strokes::StrokeLayer;
 use tools::{CanvasPlace, Draft, Gesture, Outcome};
 use view::Placement;
 
@@ -81,14 +80,16 @@ pub struct Canvas {
     /// The strokes over the main layer, and over the one beside it.
     strokes: [StrokeLayer; 2],
     outline: HoverLayer,
-    /// The scene and the frame that the gesture is on.
-    place: (u64, usize),
+    /// The scene and the frame that the gesture is on; no frame while the 3D view is shown.
+    place: (u64, Option<usize>),
     /// What was begun on other frames of the scene, and goes on when they are in view again.
     drafts: BTreeMap<usize, Draft>,
     /// The brush's radius as it was last, and until when it is shown, in seconds.
     brush: (u32, f64),
-    clock: UploadClock,
-    rect: Rect,
+    /// What has reached the renderer.
+    pub(crate) clock: UploadClock,
+    /// Where it was drawn last.
+    pub(crate) rect: Rect,
     /// Where controls lie on the canvas.
     covered: Vec<Rect>,
     /// The pixel of the frame under the pointer.
@@ -113,7 +114,7 @@ impl Canvas {
             gesture: Gesture::default(),
             strokes: Default::default(),
             outline: HoverLayer::default(),
-            place: (0, 0),
+            place: (0, None),
             drafts: BTreeMap::new(),
             brush: (0, f64::NEG_INFINITY),
             clock: UploadClock::default(),
@@ -124,16 +125,6 @@ impl Canvas {
             suggested: None,
             resting: None,
         }
-    }
-
-    /// What has reached the renderer.
-    pub fn clock(&self) -> &UploadClock {
-        &self.clock
-    }
-
-    /// Where the canvas was drawn last.
-    pub fn rect(&self) -> Rect {
-        self.rect
     }
 
     /// The strokes of the main layer as they were painted last.
@@ -153,7 +144,8 @@ impl Canvas {
             self.frame = None;
             return;
         };
-        if self.frame.as_ref().is_none_or(|frame| !frame.is_of(workspace)) {
+        let is_other = |frame: &FrameView| frame.serial != workspace.serial;
+        if self.frame.as_ref().is_none_or(is_other) {
             self.frame = Some(FrameView::new(workspace, ctx));
         }
         let settings = &model.settings;
@@ -164,7 +156,7 @@ impl Canvas {
             layers.clear();
         }
         if let Some(frame) = &mut self.frame {
-            frame.follow(workspace, (&layers, objects), Instant::now(), commands);
+            frame.follow(workspace, (&layers, objects), commands);
         }
         if workspace.hover.pixel != self.hovered {
             commands.push(Command::Hover(self.hovered));
@@ -218,14 +210,15 @@ impl Canvas {
 
     /// What is being drawn stays on its frame.
     fn turn_to(&mut self, workspace: &Workspace) {
-        let place = (workspace.serial, workspace.frame_index);
+        let frame = (!workspace.space.shown).then_some(workspace.frame_index);
+        let place = (workspace.serial, frame);
         if self.place == place {
             return;
         }
         if self.place.0 == place.0 {
-            let draft = self.drafts.remove(&place.1);
+            let draft = frame.and_then(|frame| self.drafts.remove(&frame));
             let before = self.gesture.swap_draft(draft);
-            self.drafts.extend(before.map(|draft| (self.place.1, draft)));
+            self.drafts.extend(self.place.1.zip(before));
         } else {
             self.drafts.clear();
             self.gesture.cancel();
@@ -242,8 +235,9 @@ impl Canvas {
     }
 
     /// Another view has taken the canvas's place.
-    pub fn stand_aside(&mut self, ctx: &egui::Context, rect: Rect) {
+    pub fn stand_aside(&mut self, ctx: &egui::Context, workspace: &Workspace, rect: Rect) {
         InputOrder::set_canvas(ctx, None, &[]);
+        self.turn_to(workspace);
         self.rect = rect;
         self.hovered = None;
         self.gesture.cancel();
@@ -411,10 +405,6 @@ impl Canvas {
         commands: &mut Commands,
     ) -> View {
         let mut view = workspace.view;
-        // A discarded pass is run again with the same events.
-        if ui.ctx().current_pass_index() > 0 {
-            return view;
-        }
         let layer = ui.layer_id();
         let covered = &self.covered;
         let reachable = |position| {

@@ -47,7 +47,7 @@ impl egui::Plugin for InputOrder {
     }
 
     fn input_hook(&mut self, ctx: &Context, input: &mut RawInput) {
-        // A pass that is repeated has its events already.
+        // A pass that is repeated has no input: what waits is for the next frame.
         if ctx.current_pass_index() > 0 {
             return;
         }

@@ -60,7 +60,7 @@ impl Jobs {
         };
         let thread = std::thread::Builder::new().name(format!("inplace-{name}"));
         if let Err(error) = thread.spawn(move || job(&tell)) {
-            let sentence = format!("A background thread could not be started: {error}.");
+            let sentence = format!("No thread could be started ({error}): close other programs first.");
             let _ = self.sender.send(Outcome::Done(Done::Failed(sentence)));
         }
     }

@@ -146,6 +146,10 @@ impl Panels {
                         }
                     });
             });
+        // Nobody's hand is on a list that is not shown.
+        if workspace.suggestions().held && !(side && model.side == Side::LabelNext) {
+            commands.push(Command::HoldSuggestions(false));
+        }
         egui::Panel::bottom("filmstrip")
             .frame(panel_frame(12, 8))
             .resizable(false)
@@ -174,8 +178,8 @@ impl Panels {
             let over;
             if workspace.space.shown {
                 let rect = self.view3d.show(ui, model, workspace, canvas, commands);
-                canvas.stand_aside(ui.ctx(), rect);
-                over = canvas.rect();
+                canvas.stand_aside(ui.ctx(), workspace, rect);
+                over = canvas.rect;
             } else {
                 self.view3d.rest();
                 let room = ui.available_rect_before_wrap();
@@ -185,7 +189,7 @@ impl Panels {
                 ui.scope_builder(within(strip), |ui| {
                     probe::show(ui, workspace, canvas.frame(), canvas.pointed_at);
                 });
-                over = below_menus(canvas.rect(), &model.settings);
+                over = below_menus(canvas.rect, &model.settings);
                 if !workspace.suggestions().is_active() {
                     self.hints.over_canvas(ui, model, workspace, over, commands);
                 }

@@ -14,7 +14,7 @@ use inplace_model::workspace::source::FrameSource;
 
 use crate::canvas::pictures;
 
-/// Most pixels along each axis: twice of what the start page shows in points.
+/// Most pixels along each axis: about twice of what the start page shows in points.
 const SIZE: [f32; 2] = [176.0, 132.0];
 
 /// What is known about what was opened lately, once it was looked at.
@@ -55,7 +55,6 @@ impl Pictures {
 }
 
 /// What a look at something opened lately found.
-#[derive(Clone)]
 pub struct Found {
     /// Whether it is where it was.
     pub there: bool,

@@ -1,7 +1,7 @@
 //! Starting the window, with whatever can draw it.
 
 use std::cell::RefCell;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -196,7 +196,12 @@ fn classify_display(reason: String) -> UiError {
 }
 
 fn is_missing_library(reason: &str) -> bool {
-    reason.contains("could not be loaded") || reason.contains("shared librar") || reason.contains(".so")
+    let is_library = |word: &str| {
+        let name = word.trim_end_matches(|last: char| !last.is_alphanumeric());
+        name.ends_with(".so") || name.contains(".so.")
+    };
+    let told = ["could not be loaded", "shared librar"];
+    told.iter().any(|words| reason.contains(*words)) || reason.split_whitespace().any(is_library)
 }
 
 /// winit starts its messages with the place in its own source.
@@ -217,11 +222,15 @@ fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
 }
 
 /// While this lives, the panic of a missing library prints nothing: it becomes an error with a sentence.
-struct QuietPanics;
+struct QuietPanics {
+    /// What is done at a panic otherwise, such as logging it.
+    hook: Arc<dyn Fn(&PanicHookInfo<'_>) + Send + Sync>,
+}
 
 impl QuietPanics {
     fn new() -> Self {
-        let usual = std::panic::take_hook();
+        let hook: Arc<dyn Fn(&PanicHookInfo<'_>) + Send + Sync> = std::panic::take_hook().into();
+        let usual = Arc::clone(&hook);
         std::panic::set_hook(Box::new(move |panic| {
             let message = panic.payload().downcast_ref::<String>().map(String::as_str);
             let message = message.or_else(|| panic.payload().downcast_ref::<&str>().copied());
@@ -229,14 +238,15 @@ impl QuietPanics {
                 usual(panic);
             }
         }));
-        Self
+        Self { hook }
     }
 }
 
 impl Drop for QuietPanics {
     fn drop(&mut self) {
         if !std::thread::panicking() {
-            drop(std::panic::take_hook());
+            let hook = Arc::clone(&self.hook);
+            std::panic::set_hook(Box::new(move |panic| hook(panic)));
         }
     }
 }
@@ -249,6 +259,8 @@ mod tests {
     fn a_missing_library_is_told_from_a_missing_display() {
         let library = "Library libxkbcommon-x11.so could not be loaded.".to_owned();
         assert!(matches!(classify_display(library), UiError::MissingLibrary(_)));
+        assert!(is_missing_library("libX11.so.6: cannot open it"));
+        assert!(!is_missing_library("/scans/living.sofa/1.png: no such file"));
         let display = "os error at /a/mod.rs:765: neither WAYLAND_DISPLAY nor DISPLAY is set.".to_owned();
         let UiError::NoDisplay(reason) = classify_display(display) else {
             panic!("not a missing display")

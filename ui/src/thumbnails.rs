@@ -94,7 +94,10 @@ impl Thumbnails {
         }
         self.clock += 1;
         while let Some((subject, shown, image)) = self.thread.next() {
-            let slot = self.slots.entry(subject).or_default();
+            // One that was forgotten meanwhile is asked for again when it is wanted.
+            let Some(slot) = self.slots.get_mut(&subject) else {
+                continue;
+            };
             slot.arrived = Some(shown);
             let options = egui::TextureOptions::LINEAR;
             match &mut slot.thumbnail {
@@ -133,7 +136,8 @@ impl Thumbnails {
         place: &Suggestion,
         look: Look,
     ) -> Option<TextureHandle> {
-        let shown = (look.layer, workspace.suggestions().version, None);
+        let palette = Some(workspace.document.palette().version());
+        let shown = (look.layer, workspace.suggestions().version, palette);
         self.get(Subject::Place(place.frame, place.pixel), shown, || {
             (
                 FrameSource::new(workspace, place.frame, look),
@@ -175,8 +179,12 @@ impl Thumbnails {
 
 fn started(ctx: &egui::Context, size: [usize; 2]) -> Background<Request, Made> {
     Background::new(ctx.clone(), "thumbnails", move |desk: &Desk<Request, Made>| {
+        let mut waiting = Vec::new();
         loop {
-            if let Some(made) = desk.next()?.make(size) {
+            // What was asked for last is most likely in view still.
+            waiting.extend(desk.waiting());
+            let request = waiting.pop().map_or_else(|| desk.next(), Ok)?;
+            if let Some(made) = request.make(size) {
                 desk.tell(made)?;
             }
         }

@@ -30,8 +30,8 @@ pub struct Trace {
 #[derive(Debug, Default, PartialEq)]
 struct Seen {
     typing: bool,
-    exported: Option<PathBuf>,
-    project: Option<PathBuf>,
+    exported: Option<String>,
+    project: Option<String>,
     scene: Option<u64>,
     labels: Option<u64>,
     classes: Option<Version>,
@@ -81,8 +81,10 @@ impl Trace {
 
     /// Tells what has changed; `typing` = a text field has the keyboard.
     pub fn observe(&mut self, model: &Model, typing: bool) {
+        // In JSON a path has to be text.
+        let told = |path: &PathBuf| path.display().to_string();
         let exported = match &model.export {
-            Some(ExportProgress::Finished(folder, ..)) => Some(folder),
+            Some(ExportProgress::Finished(folder, ..)) => Some(told(folder)),
             _ => None,
         };
         let workspace = model.workspace();
@@ -91,8 +93,8 @@ impl Trace {
         let audit = workspace.and_then(|workspace| workspace.auditing.audit.as_ref());
         let now = Seen {
             typing,
-            exported: exported.cloned(),
-            project: model.project.as_ref().map(|project| project.path.clone()),
+            exported,
+            project: model.project.as_ref().map(|project| told(&project.path)),
             scene: workspace.map(|workspace| workspace.serial),
             labels: workspace.map(|workspace| workspace.document.generation()),
             classes: workspace.map(|workspace| workspace.document.palette().version()),
@@ -158,7 +160,7 @@ impl Trace {
             self.tell("audit", json!({ "places": places, "judged": judged }));
         }
         if before.exported != self.seen.exported
-            && let Some(folder) = exported
+            && let Some(folder) = &self.seen.exported
         {
             self.tell("exported", json!({ "folder": folder }));
         }

@@ -17,7 +17,6 @@ mod targets;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
 
 use egui::{CursorIcon, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo};
 use glam::Quat;
@@ -273,7 +272,7 @@ impl View3d {
     ) -> Option<FieldView> {
         let new = || FieldViewer::new(ui.ctx().clone());
         let field = self.field.get_or_insert_with(new);
-        field.follow(workspace, sight.viewpoint(), !moving, Instant::now(), commands);
+        field.follow(workspace, sight.viewpoint(), !moving, commands);
         field.view().cloned()
     }
 

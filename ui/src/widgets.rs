@@ -288,9 +288,9 @@ pub fn long_work(
     })
 }
 
-/// Words that stand where there is nothing to show yet.
-pub fn empty_state(ui: &mut Ui, text: &str) {
-    ui.add(egui::Label::new(egui::RichText::new(text).weak()).wrap());
+/// Words that matter less, in as many lines as they need.
+pub fn weak_text(ui: &mut Ui, text: &str) -> Response {
+    ui.add(egui::Label::new(egui::RichText::new(text).weak()).wrap())
 }
 
 /// Text cut to one line in a rectangle, with the colour given; returns whether some of it is cut off.

@@ -57,8 +57,9 @@ pub struct Suggestions {
     skipped: Vec<Suggestion>,
     given: Vec<Answer>,
     taken_back: Vec<Answer>,
-    /// Whether the list must stay as it is, since a hand is on it; and the list that waits for its end.
-    held: bool,
+    /// Whether the list must stay as it is, since a hand is on it.
+    pub held: bool,
+    /// The list that waits for the end of that.
     waiting: Option<Vec<Suggestion>>,
 }
 

@@ -81,7 +81,7 @@ pub struct Workspace {
     /// The object of the current class that strokes say, if they say one.
     said: Option<FoundObject>,
     /// The objects of the scene as the window found them last; empty before it looked for them.
-    pub(crate) found: Arc<[FoundObject]>,
+    pub found: Arc<[FoundObject]>,
     /// Those of them that no stroke names, to find them again when the project is opened again.
     pub parts: Arc<[KnownPart]>,
     /// The selected stroke, which is on the frame in view.

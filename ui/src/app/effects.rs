@@ -23,13 +23,8 @@ const EVENTS_A_FRAME: usize = 256;
 const LAST_STATE: Duration = Duration::from_secs(2);
 
 impl App {
-    /// Does something as a view or a key would.
-    pub fn act(&mut self, command: Command) {
-        self.update(command);
-    }
-
-    /// Tells the model something, and carries out what it wants done.
-    pub(super) fn update(&mut self, input: impl Into<Input>) {
+    /// Tells the model something, such as what a view or a key asks for, and carries out what it wants done.
+    pub fn update(&mut self, input: impl Into<Input>) {
         let had_dialog = self.model.dialog.is_some();
         for effect in self.model.update(input) {
             self.carry_out(effect);
@@ -148,11 +143,8 @@ impl App {
             .and_then(|workspace| workspace.state.clone());
         let can_save = |workspace: &Workspace| !workspace.ended && workspace.reading.is_none();
         let waits = |workspace: &Workspace| {
-            let is_new = match (&workspace.state, &before) {
-                (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
-                (now, _) => now.is_some(),
-            };
-            !is_new && can_save(workspace)
+            let is_old = workspace.state.as_ref().map(Arc::as_ptr) == before.as_ref().map(Arc::as_ptr);
+            is_old && can_save(workspace)
         };
         if self.model.workspace().is_some_and(can_save) {
             self.carry_out(Effect::Session(session::Command::Save));

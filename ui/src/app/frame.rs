@@ -25,9 +25,7 @@ impl eframe::App for App {
         self.drain();
         let window = self.window_size();
         self.update(Input::FrameBegins { now, window });
-        let asked = self.ctx.input(|input| input.viewport().close_requested());
-        // A discarded pass is run again with the same request.
-        if asked && self.ctx.current_pass_index() == 0 {
+        if self.ctx.input(|input| input.viewport().close_requested()) {
             self.update(Command::CloseWindow);
         }
         self.prepare();
@@ -37,26 +35,25 @@ impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let mut commands = Commands::default();
         let ctx = self.ctx.clone();
-        if ctx.current_pass_index() == 0 {
-            self.take_dropped_files(&mut commands);
-            if self.model.dialog.is_none() {
-                let workspace = self.model.workspace();
-                let asked = keys::Asked::of(workspace);
-                self.canvas.take_keys(&ctx, &self.model, &mut commands);
-                keys::dispatch(&ctx, asked, &mut commands);
-            }
+        self.take_dropped_files(&mut commands);
+        if self.model.dialog.is_none() {
+            let asked = keys::Asked::of(self.model.workspace());
+            self.canvas.take_keys(&ctx, &self.model, &mut commands);
+            keys::dispatch(&ctx, asked, &mut commands);
         }
         // Keys come before the clicks of the same frame, which they may be about.
         self.update_all(std::mem::take(&mut commands));
-        // What an open dialog or a text field does with Escape comes before the messages.
-        let escape = self.model.dialog.is_none() && !ctx.text_edit_focused();
+        // What an open dialog, a menu or a text field does with Escape comes before the messages.
+        let escape = self.model.dialog.is_none()
+            && !ctx.text_edit_focused()
+            && !egui::Popup::is_any_open(&ctx);
         self.panels.show(ui, &self.model, &mut self.canvas, &mut commands);
         let edited = self
             .dialogs
-            .show(&ctx, &self.model, self.canvas.rect(), &mut commands);
+            .show(&ctx, &self.model, self.canvas.rect, &mut commands);
         let open = matches!(self.model.stage, Stage::Open(_));
         let area = if open {
-            self.canvas.rect()
+            self.canvas.rect
         } else {
             ctx.content_rect()
         };
@@ -93,7 +90,7 @@ impl eframe::App for App {
             && !ctx.text_edit_focused()
             && ctx
                 .pointer_hover_pos()
-                .is_some_and(|position| self.canvas.rect().contains(position));
+                .is_some_and(|position| self.canvas.rect.contains(position));
         let mut hidden = self.model.overlay_hidden;
         input.events.retain(|event| match event {
             Event::Key {

@@ -4,7 +4,6 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use inplace_core::labels::Pixel;
 use inplace_core::scene::{ColorImage, Viewpoint};
 use inplace_core::session::RenderedView;
 use inplace_model::layer::Layer;
@@ -143,7 +142,6 @@ impl FieldViewer {
         workspace: &Workspace,
         viewpoint: Viewpoint,
         wanted: bool,
-        now: Instant,
         commands: &mut Commands,
     ) {
         if self.viewpoint != Some(viewpoint) {
@@ -157,7 +155,7 @@ impl FieldViewer {
         {
             self.seen = Some(rendered.version());
             if rendered.viewpoint == viewpoint {
-                self.take(rendered, now);
+                self.take(rendered);
             }
         }
         if let Some(view) = self.thread.newest()
@@ -166,7 +164,7 @@ impl FieldViewer {
             self.view = Some(view);
         }
         if wanted {
-            self.ask_if_due(workspace, viewpoint, now, commands);
+            self.ask_if_due(workspace, viewpoint, commands);
         } else {
             // Somebody else may ask for another view meanwhile: what was asked for may never come.
             self.asked.take_if(|asked| asked.answered.is_none());
@@ -178,14 +176,9 @@ impl FieldViewer {
         self.view.as_ref()
     }
 
-    /// Depth (z) in metres of a pixel; `None` where it is not known.
-    pub fn depth_at(&self, pixel: Pixel) -> Option<f32> {
-        self.view()?.rendered.depth_at(pixel)
-    }
-
-    fn take(&mut self, rendered: &Arc<RenderedView>, now: Instant) {
+    fn take(&mut self, rendered: &Arc<RenderedView>) {
         if let Some(asked) = self.asked.as_mut().filter(|_| rendered.is_last) {
-            asked.answered = Some(now);
+            asked.answered = Some(Instant::now());
         }
         // A coarse one is better than nothing, but not than a fine one of a little while ago.
         if rendered.is_last || !self.has_any {
@@ -195,14 +188,8 @@ impl FieldViewer {
     }
 
     /// Asks for a view when there is none, or when the one there is has become old.
-    fn ask_if_due(
-        &mut self,
-        workspace: &Workspace,
-        viewpoint: Viewpoint,
-        now: Instant,
-        commands: &mut Commands,
-    ) {
-        let status = &workspace.status;
+    fn ask_if_due(&mut self, workspace: &Workspace, viewpoint: Viewpoint, commands: &mut Commands) {
+        let (now, status) = (Instant::now(), &workspace.status);
         let due = self.asked.is_none_or(|asked| {
             let outdated = |view: &FieldView| {
                 let of = &view.rendered;

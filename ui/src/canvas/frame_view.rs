@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
 
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::Scene;
@@ -26,7 +25,7 @@ use crate::background::Background;
 #[derive(Debug)]
 pub struct FrameView {
     /// Serial number of the scene.
-    serial: u64,
+    pub(super) serial: u64,
     scene: Arc<Scene>,
     frame: usize,
     preparer: Background<Request, Part>,
@@ -101,18 +100,12 @@ impl FrameView {
         }
     }
 
-    /// Whether it is of this scene.
-    pub fn is_of(&self, workspace: &Workspace) -> bool {
-        self.serial == workspace.serial
-    }
-
     /// Takes over what is new in the scene and what was made of it, and has whatever these layers need made, and the objects
     /// found where they are wanted. Costs next to nothing when nothing has changed.
     pub fn follow(
         &mut self,
         workspace: &Workspace,
         (layers, objects): (&[Layer], bool),
-        now: Instant,
         commands: &mut Commands,
     ) {
         if !Arc::ptr_eq(&self.scene, &workspace.scene) {
@@ -134,8 +127,7 @@ impl FrameView {
         if let Some(frame) = workspace.frame() {
             let of_field = |layer: &Layer| layer.is_rendered() || (*layer == Layer::Depth && !measured);
             let wanted = layers.iter().any(of_field);
-            self.field
-                .follow(workspace, frame.viewpoint(), wanted, now, commands);
+            self.field.follow(workspace, frame.viewpoint(), wanted, commands);
         }
         self.want(workspace, layers, measured);
         self.follow_objects(workspace, objects, commands);
@@ -203,46 +195,24 @@ impl FrameView {
     /// Takes over what is ready; what is of another frame by now is dropped.
     fn collect(&mut self) {
         while let Some(part) = self.preparer.next() {
+            let known = &mut self.known;
+            let shown = known.map.as_ref().map(|shown| shown.map.version());
             match part {
-                Part::Picture(frame, picture) => {
-                    if frame.abs_diff(self.frame) <= 1 {
-                        self.unreadable.remove(&frame);
-                        match picture {
-                            Ok(picture) => drop(self.pictures.insert(frame, picture)),
-                            Err(error) => drop(self.unreadable.insert(frame, error.to_string())),
-                        }
+                Part::Picture(frame, picture) if frame.abs_diff(self.frame) <= 1 => {
+                    self.unreadable.remove(&frame);
+                    match picture {
+                        Ok(picture) => drop(self.pictures.insert(frame, picture)),
+                        Err(error) => drop(self.unreadable.insert(frame, error.to_string())),
                     }
                 }
-                Part::Map(map) => {
-                    let newer = self
-                        .known
-                        .map
-                        .as_ref()
-                        .is_none_or(|shown| shown.map.version() < map.version());
-                    if map.frame == self.frame && newer {
-                        self.known.map = Some(ShownMap::new(map));
-                    }
+                Part::Map(map) if map.frame == self.frame && shown < Some(map.version()) => {
+                    known.map = Some(ShownMap::new(map));
                 }
-                Part::Visible(map, classes) => {
-                    if map > self.since {
-                        self.known.visible = Some((map, classes));
-                    }
-                }
-                Part::Agreement(plane) => {
-                    if plane.map > self.since {
-                        self.known.agreement = Some(plane);
-                    }
-                }
-                Part::Differences(plane) => {
-                    if plane.map > self.since {
-                        self.known.differences = Some(plane);
-                    }
-                }
-                Part::Depth(frame, plane) => {
-                    if frame == self.frame {
-                        self.known.depth = Some(plane);
-                    }
-                }
+                Part::Visible(map, classes) if map > self.since => known.visible = Some((map, classes)),
+                Part::Agreement(plane) if plane.map > self.since => known.agreement = Some(plane),
+                Part::Differences(plane) if plane.map > self.since => known.differences = Some(plane),
+                Part::Depth(frame, plane) if frame == self.frame => known.depth = Some(plane),
+                _ => {}
             }
         }
     }
@@ -333,7 +303,7 @@ impl FrameView {
         let depth = frame.pixels_at_hand().and_then(|pixels| pixels.depth);
         let measured = depth.and_then(|depth| measured_depth(frame, &depth, index));
         let measured = measured.map(|depth| (depth, true));
-        measured.or_else(|| Some((self.field.depth_at([x, y])?, false)))
+        measured.or_else(|| Some((self.view()?.rendered.depth_at([x, y])?, false)))
     }
 
     /// How the labels agree with the map; `None` while that is not known.

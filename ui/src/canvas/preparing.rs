@@ -104,7 +104,7 @@ pub fn answer(desk: &Desk<Request, Part>) -> Result<(), Gone> {
 /// The thread's end.
 struct Worker<'a> {
     desk: &'a Desk<Request, Part>,
-    /// The map that was looked up last.
+    /// The map of the request, looked up.
     looked_up: Option<Versioned<Arc<FrameMap>>>,
 }
 
@@ -145,6 +145,7 @@ impl Worker<'_> {
 
     fn look_up(&mut self, request: &mut Request) -> Result<(), Gone> {
         let Some(map) = &request.map else {
+            self.looked_up = None;
             return Ok(());
         };
         if self
@@ -169,15 +170,13 @@ impl Worker<'_> {
 
     fn visible(&mut self, request: &mut Request) -> Result<(), Gone> {
         match &self.looked_up {
-            Some(map) if request.visible && request.map.is_some() => {
-                self.desk.tell(Part::Visible(map.version(), classes_of(map)))
-            }
+            Some(map) if request.visible => self.desk.tell(Part::Visible(map.version(), classes_of(map))),
             _ => Ok(()),
         }
     }
 
     fn agreement(&mut self, request: &mut Request) -> Result<(), Gone> {
-        let (Some(said), Some(map), Some(_)) = (&request.said, &self.looked_up, &request.map) else {
+        let (Some(said), Some(map)) = (&request.said, &self.looked_up) else {
             return Ok(());
         };
         let imported = said.labels.imported.as_deref();
@@ -190,8 +189,7 @@ impl Worker<'_> {
     }
 
     fn differences(&mut self, request: &mut Request) -> Result<(), Gone> {
-        let (Some((other, matching)), Some(map), Some(_)) = (&request.other, &self.looked_up, &request.map)
-        else {
+        let (Some((other, matching)), Some(map)) = (&request.other, &self.looked_up) else {
             return Ok(());
         };
         let Some(other) = other.of_frame(map.frame) else {

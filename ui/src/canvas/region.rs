@@ -42,9 +42,8 @@ impl Region {
 /// The sides of pixels in runs that no pixel of the runs lies beyond, as rectangles without width or height.
 fn border_of(runs: &[Run]) -> Vec<Rect> {
     let in_row = |row: Option<u32>| {
-        let row = row.map(u64::from);
-        let from = row.map_or(0, |row| runs.partition_point(|run| u64::from(run.row) < row));
-        let to = row.map_or(0, |row| runs.partition_point(|run| u64::from(run.row) <= row));
+        let from = row.map_or(0, |row| runs.partition_point(|run| run.row < row));
+        let to = row.map_or(0, |row| runs.partition_point(|run| run.row <= row));
         &runs[from..to]
     };
     let mut border = Vec::new();
@@ -74,8 +73,6 @@ fn border_of(runs: &[Run]) -> Vec<Rect> {
             }
         }
     }
-    // What lies beyond a run to its right is no part of this run's border.
-    border.retain(|side| side.max.x >= side.min.x);
     border
 }
 

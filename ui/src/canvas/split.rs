@@ -66,8 +66,7 @@ pub fn below_menus(canvas: Rect, settings: &Settings) -> Rect {
 }
 
 /// Draws the border with its handle and the menus of both sides; `compared` says whether the scene is compared with another
-/// project. Returns where nothing is to be drawn on the
-/// image.
+/// project. Returns where nothing is to be drawn on the image.
 pub fn show(
     ui: &mut Ui,
     canvas: Rect,
@@ -116,11 +115,11 @@ fn handle(ui: &Ui, canvas: Rect, x: f32, settings: &Settings, commands: &mut Com
     let response = ui.interact(rect, id, Sense::drag());
     let share = settings.split.clamp(MARGIN, 1.0 - MARGIN);
     response.widget_info(|| WidgetInfo::slider(true, f64::from(share), "Border between the layers"));
+    let mut wanted = share;
     if response.dragged()
         && let Some(position) = response.interact_pointer_pos()
     {
-        let share = (position.x - canvas.left()) / canvas.width().max(1.0);
-        commands.push(Command::SetSplit(share.clamp(MARGIN, 1.0 - MARGIN)));
+        wanted = (position.x - canvas.left()) / canvas.width().max(1.0);
     }
     if response.has_focus() {
         ui.memory_mut(|memory| {
@@ -134,10 +133,10 @@ fn handle(ui: &Ui, canvas: Rect, x: f32, settings: &Settings, commands: &mut Com
             let presses = |key| input.num_presses(key) as f32;
             presses(Key::ArrowRight) - presses(Key::ArrowLeft)
         });
-        if steps != 0.0 {
-            let share = share + steps * KEY_STEP;
-            commands.push(Command::SetSplit(share.clamp(MARGIN, 1.0 - MARGIN)));
-        }
+        wanted += steps * KEY_STEP;
+    }
+    if wanted != share {
+        commands.push(Command::SetSplit(wanted.clamp(MARGIN, 1.0 - MARGIN)));
     }
     if response.hovered() || response.dragged() {
         ui.set_cursor_icon(CursorIcon::ResizeHorizontal);

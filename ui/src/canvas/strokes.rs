@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use egui::epaint::{TessellationOptions, Tessellator};
 use egui::{Color32, Mesh, Painter, Pos2, Shape, Stroke as Pen};
-use inplace_core::labels::{ClassId, Stroke, StrokeId, StrokeKind, runs_of};
+use inplace_core::labels::{ClassId, FoundObject, Stroke, StrokeId, StrokeKind, runs_of};
 use inplace_model::palette::Agreement;
 use inplace_model::versioned::Version;
 use inplace_model::workspace::Workspace;
@@ -29,12 +29,14 @@ pub struct StrokeLayer {
 #[derive(Debug)]
 struct Built {
     of: Key,
+    /// The objects that strokes lie on, which decide what is hidden.
+    found: Arc<[FoundObject]>,
     /// Where the image lies in `mesh`.
     origin: Pos2,
     mesh: Arc<Mesh>,
 }
 
-/// All that the mesh depends on, its place aside.
+/// All that the mesh depends on, its place and the objects aside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Key {
     scene: u64,
@@ -65,7 +67,8 @@ impl StrokeLayer {
             selected: workspace.selected,
             accent: theme::of(&painter.ctx().global_style().visuals).accent,
         };
-        if self.built.as_ref().is_none_or(|built| built.of != of) {
+        let is_old = |built: &Built| built.of != of || !Arc::ptr_eq(&built.found, &workspace.found);
+        if self.built.as_ref().is_none_or(is_old) {
             self.builds += 1;
             let here = Placement {
                 origin: Pos2::ZERO,
@@ -73,6 +76,7 @@ impl StrokeLayer {
             };
             self.built = Some(Built {
                 mesh: Arc::new(self.build(workspace, here, &of)),
+                found: Arc::clone(&workspace.found),
                 origin: Pos2::ZERO,
                 of,
             });

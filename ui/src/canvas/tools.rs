@@ -83,7 +83,11 @@ impl Gesture {
 
     /// Puts another draft, or none, in the place of the one being drawn, which is returned.
     pub fn swap_draft(&mut self, draft: Option<Draft>) -> Option<Draft> {
-        let before = std::mem::replace(&mut self.draft, draft);
+        let mut before = std::mem::replace(&mut self.draft, draft);
+        if let Some(before) = &mut before {
+            // Its button may be released elsewhere.
+            before.release();
+        }
         self.line = None;
         self.corner_added = None;
         before
@@ -112,7 +116,7 @@ impl Gesture {
     /// Ends the polyline or polygon being drawn.
     pub fn finish(&mut self) -> Option<DrawnLine> {
         self.corner_added = None;
-        self.draft.take().map(|draft| draft.line())
+        self.draft.take().map(Draft::into_line)
     }
 
     /// Takes the last corner of the polyline or polygon back; with its only corner it is dropped.

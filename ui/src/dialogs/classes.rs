@@ -9,7 +9,7 @@ use inplace_model::text::counted;
 use inplace_model::{Command, Commands};
 
 use super::form::{browse, confirm, path_field, text_field};
-use crate::widgets::{line_of_text, swatch};
+use crate::widgets::{line_of_text, swatch, weak_text};
 
 /// Height of a line of the list, in points.
 const LINE: f32 = 26.0;
@@ -58,7 +58,7 @@ fn sources(dialog: &mut AddClasses, ui: &mut Ui) {
 }
 
 fn file(dialog: &mut AddClasses, ui: &mut Ui, commands: &mut Commands) {
-    ui.add(egui::Label::new(RichText::new("A list such as [{\"id\": 1, \"name\": \"wall\", \"color\": [200, 200, 190]}, ...]; colours may be left out. An export's classes.json is one.").weak()).wrap());
+    weak_text(ui, "A list such as [{\"id\": 1, \"name\": \"wall\", \"color\": [200, 200, 190]}, ...]; colours may be left out. An export's classes.json is one.");
     let entered = path_field(ui, &mut dialog.path, "Class list file");
     ui.horizontal(|ui| {
         let path = dialog.path.trim();

@@ -1,13 +1,13 @@
 //! Asking what is exported, and where to.
 
-use egui::{Label, RichText, Slider, Ui};
+use egui::{Slider, Ui};
 use inplace_core::export::Format;
 use inplace_core::labels::PALETTES;
 use inplace_model::dialogs::{ExportChoice, Purpose};
 use inplace_model::{Command, Commands};
 
 use super::form::{browse, confirm, path_field};
-use crate::widgets::choice_box;
+use crate::widgets::{choice_box, weak_text};
 
 /// Per cent below which a class is left away where that is asked for first: it is no better than a guess.
 const FIRST_THRESHOLD: u8 = 50;
@@ -30,9 +30,9 @@ pub fn show(ui: &mut Ui, choice: &mut ExportChoice, commands: &mut Commands) {
             threshold(ui, choice);
             ui.end_row();
         });
-    ui.add(Label::new(RichText::new(description(choice.format)).weak()).wrap());
+    weak_text(ui, description(choice.format));
     if choice.ids.is_some() {
-        ui.add(Label::new(RichText::new("Classes take the numbers, names and colours of that list by name; classes that are not in it become void.").weak()).wrap());
+        weak_text(ui, "Classes take the numbers, names and colours of that list by name; classes that are not in it become void.");
     }
     let possible = !choice.path.trim().is_empty();
     confirm(ui, "Export", possible, entered, commands, || {

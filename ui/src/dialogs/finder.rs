@@ -1,5 +1,7 @@
 //! The class finder: part of a name is enough.
 
+use std::borrow::Cow;
+
 use egui::{Key, Modifiers, Pos2, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use inplace_model::dialogs::{ClassFinder, FoundClass};
 use inplace_model::{Command, Commands};
@@ -97,20 +99,13 @@ fn lines(ui: &mut Ui, finder: &ClassFinder, found: &[FoundClass], moved: bool) -
 }
 
 fn draw_line(ui: &Ui, finder: &ClassFinder, rect: Rect, line: usize, found: &FoundClass) -> bool {
-    let (name, new_name);
-    let words = match found {
-        FoundClass::Class(index) => {
-            name = &finder.classes[*index].name;
-            name
-        }
-        FoundClass::New => {
-            new_name = format!("New class \"{}\"", finder.text.trim());
-            &new_name
-        }
+    let words: Cow<'_, str> = match found {
+        FoundClass::Class(index) => finder.classes[*index].name.as_str().into(),
+        FoundClass::New => format!("New class \"{}\"", finder.text.trim()).into(),
     };
     let chosen = line == finder.line;
     let response = ui.interact(rect, ui.scope_id().with(line), Sense::CLICK);
-    response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, chosen, words));
+    response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, chosen, &words));
     let visuals = ui.visuals();
     if chosen {
         ui.painter().rect_filled(rect, 4, theme::of(visuals).accent);
@@ -145,7 +140,7 @@ fn draw_line(ui: &Ui, finder: &ClassFinder, rect: Rect, line: usize, found: &Fou
         }
     }
     let place = Rect::from_min_max(pos2(rect.left() + 32.0, rect.top()), pos2(end, rect.bottom()));
-    let cut = line_of_text(ui, place, words, 14.0, color);
+    let cut = line_of_text(ui, place, &words, 14.0, color);
     let response = if cut {
         response.on_hover_text(words)
     } else {

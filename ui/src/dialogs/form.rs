@@ -11,11 +11,12 @@ pub fn room(ctx: &egui::Context) -> f32 {
     (ctx.content_rect().height() - 176.0).max(96.0)
 }
 
-/// A text field for a path that has the focus first; returns whether Enter was pressed in it.
+/// A [`text_field`] for a path.
 pub fn path_field(ui: &mut Ui, path: &mut String, name: &str) -> bool {
     text_field(ui, path, name, "/path/to/...")
 }
 
+/// A field that has the keyboard unless something else has; returns whether Enter was pressed in it.
 pub fn text_field(ui: &mut Ui, text: &mut String, name: &str, hint: &'static str) -> bool {
     let edit = egui::TextEdit::singleline(text)
         .hint_text(hint)

@@ -14,7 +14,7 @@ use super::form::{close, room};
 use crate::keys;
 use crate::keys::table::{LARGER, Line, SMALLER, TABLE, USUAL_SIZE, UiCommand};
 use crate::theme;
-use crate::widgets::choice_box;
+use crate::widgets::{choice_box, weak_text};
 
 /// The scales to choose from, in percent.
 const SCALES: [u16; 7] = [100, 125, 150, 175, 200, 250, 300];
@@ -31,9 +31,6 @@ pub fn listen(choosing: &mut Option<ChosenKey>, ctx: &egui::Context, commands: &
     else {
         return;
     };
-    if ctx.current_pass_index() > 0 {
-        return;
-    }
     let mut pressed = None;
     ctx.input_mut(|input| {
         input.events.retain(|event| {
@@ -293,7 +290,10 @@ fn training(ui: &mut Ui, model: &Model, commands: &mut Commands) {
         });
     });
     line(ui, "Features", |ui| features(ui, model, commands));
-    ui.add(egui::Label::new(RichText::new("Used from the next scene that you open on. Fewer leave more of the computer to other programs.").weak()).wrap());
+    weak_text(
+        ui,
+        "Used from the next scene that you open on. Fewer leave more of the computer to other programs.",
+    );
 }
 
 /// The file of a pretrained network, which can be typed or chosen.

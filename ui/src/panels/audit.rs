@@ -6,7 +6,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
 use super::parts::pressed_in_list;
-use crate::widgets::heading;
+use crate::widgets::{heading, weak_text};
 
 /// Share of the frames that places are drawn from unless another one is chosen, in per cent.
 const USUAL: u8 = 5;
@@ -31,7 +31,7 @@ impl AuditPart {
         match &auditing.audit {
             None => {
                 let about = "Judge random places, and the program tells how right all labels are.";
-                ui.add(Label::new(RichText::new(about).weak()).wrap());
+                weak_text(ui, about);
             }
             Some(audit) => result(ui, workspace, audit, commands),
         }
@@ -72,8 +72,7 @@ fn result(ui: &mut Ui, workspace: &Workspace, audit: &Audit, commands: &mut Comm
         }
     });
     if audit.edits != workspace.document.history().map_edits() {
-        let changed = "The labels have changed since the places were drawn.";
-        ui.add(Label::new(RichText::new(changed).weak()).wrap());
+        weak_text(ui, "The labels have changed since the places were drawn.");
     }
     let is_wrong = |(_, place): &(usize, &AuditPlace)| place.verdict == Some(Verdict::Wrong);
     let wrong: Vec<(usize, &AuditPlace)> = audit.places.iter().enumerate().filter(is_wrong).collect();

@@ -47,7 +47,7 @@ impl Number {
 /// The lines of the charts.
 #[derive(Clone, Debug, Default)]
 pub struct Charted {
-    /// The log and the axis that they were made from: scene, version, axis.
+    /// What they were made from: the scene, the version of its log, the axis, and the largest entropy.
     from: Option<(u64, u64, Axis, f32)>,
     lines: [Vec<PlotPoint>; NUMBERS.len()],
     /// Where strokes were made, over time.

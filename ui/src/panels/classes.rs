@@ -15,7 +15,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
 use crate::theme;
-use crate::widgets::{Icon, empty_state, heading, icon_button, scroll_to, text_line};
+use crate::widgets::{Icon, heading, icon_button, scroll_to, text_line, weak_text};
 use objects::Listed;
 use row::{ROW, Row};
 
@@ -27,7 +27,8 @@ const SEARCH_FROM: usize = 10;
 pub struct ClassPanel {
     new_name: String,
     search: String,
-    renaming: Option<(Named, String)>,
+    /// What is being renamed, in the scene with this serial number, and the name so far.
+    renaming: Option<((u64, Named), String)>,
     /// The class that was chosen when the list was drawn last, to bring another one into view.
     chosen: Option<ClassId>,
 }
@@ -56,15 +57,18 @@ impl ClassPanel {
         }
         let found = self.found(classes);
         if found.is_empty() && !classes.is_empty() {
-            empty_state(ui, "No class has this in its name.");
+            weak_text(ui, "No class has this in its name.");
         }
         ui.spacing_mut().item_spacing.y = 2.0;
         let lines = lines(workspace, &found);
         let chosen = workspace.class;
-        let moved_to = chosen.filter(|_| self.chosen != chosen).map(|chosen| {
-            let is_chosen =
-                |line: &Line<'_>| matches!(line, Line::Of(index, None) if classes[*index].id == chosen);
-            lines.iter().position(is_chosen).unwrap_or(lines.len() - 1)
+        let moved_to = chosen.filter(|_| self.chosen != chosen).and_then(|chosen| {
+            let is_chosen = |line: &Line<'_>| match line {
+                Line::Of(index, None) => classes[*index].id == chosen,
+                Line::Void => chosen == VOID,
+                _ => false,
+            };
+            lines.iter().position(is_chosen)
         });
         self.chosen = chosen;
         ScrollArea::vertical()
@@ -147,8 +151,9 @@ impl ClassPanel {
             Some(own) => objects::row(workspace, class, own),
         };
         ui.push_id(row.named, |ui| {
-            if let Some(renamed) = self.rename_field(ui, row.named, row.name) {
-                commands.extend(renamed.map(|name| Command::Rename(row.named, name)));
+            let renamed = (workspace.serial, row.named);
+            if let Some(name) = self.rename_field(ui, renamed, row.name) {
+                commands.extend(name.map(|name| Command::Rename(row.named, name)));
                 return;
             }
             let (mut response, parts) = row.show(ui, commands);
@@ -177,14 +182,14 @@ impl ClassPanel {
                 // Refused with the reason.
                 commands.push(Command::Rename(row.named, row.name.to_owned()));
             } else if rename {
-                self.renaming = Some((row.named, row.name.to_owned()));
+                self.renaming = Some((renamed, row.name.to_owned()));
             }
         });
     }
 
     /// A text field in place of the line, if that is being renamed; with its new name, once it has one.
-    fn rename_field(&mut self, ui: &mut Ui, named: Named, before: &str) -> Option<Option<String>> {
-        let (_, name) = self.renaming.as_mut().filter(|(renamed, _)| *renamed == named)?;
+    fn rename_field(&mut self, ui: &mut Ui, of: (u64, Named), before: &str) -> Option<Option<String>> {
+        let (_, name) = self.renaming.as_mut().filter(|(renamed, _)| *renamed == of)?;
         let field = egui::TextEdit::singleline(name)
             .margin(vec2(8.0, 6.0))
             .min_size(vec2(0.0, ROW))
@@ -258,7 +263,7 @@ fn can_have_objects(workspace: &Workspace, class: &Class) -> bool {
 /// What to start from where there is no class yet.
 fn palettes(ui: &mut Ui, commands: &mut Commands) {
     ui.add_space(0.5 * theme::GAP);
-    empty_state(
+    weak_text(
         ui,
         "No classes yet. Type a name and press Enter, click on something in the image, or start from the classes of a data set:",
     );

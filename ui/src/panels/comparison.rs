@@ -6,7 +6,9 @@ use inplace_model::frames::FrameOrder;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
+use super::parts::frames_done;
 use crate::numbers;
+use crate::theme;
 use crate::widgets::heading;
 
 /// What the shares are of.
@@ -29,16 +31,15 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
             commands.push(Command::EndComparison);
         }
     });
-    ui.add_space(crate::theme::GAP);
+    ui.add_space(theme::GAP);
 }
 
 /// How far both agree, as far as it is known.
 fn in_words(comparison: &Comparison, frame: usize) -> String {
     let name = &comparison.other.name;
-    let of_scene = comparison.of_scene();
-    let Some(counts) = of_scene else {
+    let Some(counts) = comparison.of_scene() else {
         let (done, frames) = comparison.progress();
-        return format!("Comparing with {name}: {done} of {frames} frames");
+        return format!("Comparing with {name}: {}", frames_done(done, frames));
     };
     let Some(share) = counts.agreement() else {
         return format!("No pixel has a class both here and in {name}");

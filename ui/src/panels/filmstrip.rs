@@ -13,7 +13,7 @@ use super::frame_filter::FrameFilterRow;
 use crate::numbers;
 use crate::theme;
 use crate::thumbnails::{self, Thumbnails};
-use crate::widgets::{Icon, empty_state, focus_ring, line_of_text, scroll_to};
+use crate::widgets::{Icon, focus_ring, line_of_text, scroll_to, weak_text};
 
 /// Height of the panel in points.
 pub const HEIGHT: f32 = 168.0;
@@ -59,7 +59,7 @@ impl Filmstrip {
         let list = &workspace.overview.frames;
         let frames = &list.shown;
         if frames.is_empty() {
-            empty_state(ui, none(list.filter));
+            weak_text(ui, none(list.filter));
             self.followed = None;
             return;
         }

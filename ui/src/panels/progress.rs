@@ -2,7 +2,7 @@
 
 use egui::{Align, Label, Layout, RichText, ScrollArea, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
-use inplace_core::labels::{ClassId, StrokeId, VOID};
+use inplace_core::labels::{ClassId, StrokeId};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
@@ -13,9 +13,9 @@ use super::parts::{UNCERTAINTY_MEANS, card, facts, frames_done, pressed_in_list}
 use super::readiness::{Readiness, readiness};
 use crate::numbers;
 use crate::theme;
-use crate::widgets::heading;
+use crate::widgets::{heading, weak_text};
 
-/// What it means.
+/// What the agreement of strokes means.
 const AGREEMENT_MEANS: &str = "Each stroke is left out once, and the others say what is there: the share of strokes that get their own class so, averaged over the classes. It shows contradictions, not how right the maps are";
 
 /// What a contradicted stroke is.
@@ -53,7 +53,7 @@ impl ProgressPanel {
     fn charts(&mut self, ui: &mut Ui, workspace: &Workspace) {
         let log = &workspace.overview.log;
         if log.samples.is_empty() {
-            crate::widgets::empty_state(
+            weak_text(
                 ui,
                 "Charts of uncertainty, agreement and image quality begin with your first stroke.",
             );
@@ -252,15 +252,10 @@ fn contradicted(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
 
 /// What is said of a contradicted stroke.
 fn row(workspace: &Workspace, id: StrokeId, others: ClassId) -> Option<String> {
-    let labels = workspace.document.labels();
-    let stroke = labels.strokes.get(&id)?;
+    let document = &workspace.document;
+    let stroke = document.labels().strokes.get(&id)?;
     let frame = workspace.scene.frames.get(stroke.frame)?;
-    let name = |class: ClassId| match labels.class(class) {
-        Some(class) => class.name.clone(),
-        None => format!("class {class}"),
-    };
-    debug_assert_ne!(stroke.class, VOID);
-    let (class, others) = (name(stroke.class), name(others));
+    let [class, others] = [stroke.class, others].map(|class| document.name_and_color(class).0);
     Some(format!("{class} at {}: the others say {others}", frame.stem))
 }
 

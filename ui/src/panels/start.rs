@@ -17,7 +17,7 @@ use super::parts::{card, not_found};
 use crate::keys::table::{HELP, OPEN, SETTINGS};
 use crate::pictures::Pictures;
 use crate::theme;
-use crate::widgets::{Icon, focus_ring, icon_button, line_of_text, main_button_enabled};
+use crate::widgets::{Icon, focus_ring, icon_button, line_of_text, main_button_enabled, weak_text};
 
 /// That things can be dropped.
 const DROP: &str = "Drop a folder or a project file anywhere on this window";
@@ -86,7 +86,7 @@ impl StartPage {
                 ui.add_space(16.0);
                 let [help, open, settings] = [&HELP, &OPEN, &SETTINGS].map(|command| command.key(ui.ctx()));
                 let keys = format!("{help} shows all keys    {open} opens    {settings} settings");
-                ui.add(egui::Label::new(RichText::new(keys).weak()).wrap());
+                weak_text(ui, &keys);
                 ui.add_space(8.0);
             });
             let height = page.response.rect.height();
@@ -155,7 +155,7 @@ impl StartPage {
                 ui.vertical(|ui| {
                     ui.spacing_mut().item_spacing.y = 0.0;
                     ui.label(name);
-                    ui.add(egui::Label::new(RichText::new(files).weak()).wrap());
+                    weak_text(ui, files);
                 });
             }
             ui.add(egui::Label::new(RichText::new("docs/formats.md describes them; \"inplace info FOLDER\" says what is found in a folder.").weak().small()).wrap());
@@ -228,7 +228,7 @@ fn first_steps(ui: &mut Ui) {
                 ui.vertical(|ui| {
                     ui.spacing_mut().item_spacing.y = 2.0;
                     ui.strong(title);
-                    ui.add(egui::Label::new(RichText::new(text).weak()).wrap());
+                    weak_text(ui, text);
                 });
             });
             ui.add_space(8.0);
@@ -264,7 +264,7 @@ fn row(ui: &mut Ui, pictures: &Pictures, recent: &Recent, now: u64, commands: &m
     if there && response.clicked() {
         commands.push(Command::open_again(&recent.place));
     }
-    let visuals = ui.visuals().clone();
+    let visuals = ui.visuals();
     if there && response.hovered() {
         ui.painter()
             .rect_filled(rect, 6, visuals.widgets.inactive.bg_fill);

@@ -76,11 +76,8 @@ fn summary(status: &Status, most: f32) -> String {
     // Without any labels nothing is unsure.
     let uncertainty = status.mean_entropy.filter(|&entropy| entropy > 0.0);
     let uncertainty = uncertainty.map(|entropy| numbers::unsure(entropy, most));
-    quality
-        .into_iter()
-        .chain(uncertainty)
-        .collect::<Vec<_>>()
-        .join(", ")
+    let known: Vec<String> = quality.into_iter().chain(uncertainty).collect();
+    known.join(", ")
 }
 
 fn rows(status: &Status, most: f32) -> [Fact; 7] {

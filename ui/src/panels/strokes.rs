@@ -14,7 +14,7 @@ use super::parts::{fold_button, panel_frame};
 use crate::keys::table::DELETE;
 use crate::theme;
 use crate::widgets::{
-    Icon, choice_box, empty_state, focus_ring, heading, icon_button, line_of_text, swatch, text_line,
+    Icon, choice_box, focus_ring, heading, icon_button, line_of_text, swatch, text_line, weak_text,
 };
 
 const ROW: f32 = 42.0;
@@ -137,7 +137,7 @@ impl StrokePanel {
             return;
         }
         if strokes == 0 {
-            empty_state(
+            weak_text(
                 ui,
                 "No strokes yet. What you draw on the frames is listed here, to be found and changed.",
             );
@@ -151,7 +151,7 @@ impl StrokePanel {
         self.show_filter(ui, workspace);
         self.rows.update(workspace, &self.filter);
         if self.rows.ids.is_empty() {
-            empty_state(ui, "No stroke is like that.");
+            weak_text(ui, "No stroke is like that.");
             if ui.button("Show all strokes").clicked() {
                 self.filter = Filter::default();
             }
@@ -210,7 +210,7 @@ impl StrokePanel {
                 clicked |= self.row(ui, workspace, self.rows.ids[index], row(index), commands);
             }
             // Only what is in view is kept.
-            if self.pixels.len() > 64 + 4 * (last - first.min(last)) {
+            if self.pixels.len() > 64 + 4 * last.saturating_sub(first) {
                 self.pixels.clear();
             }
         });
@@ -237,7 +237,7 @@ impl StrokePanel {
         place: Option<usize>,
         commands: &mut Commands,
     ) {
-        if !ui.memory(|memory| memory.has_focus(list)) || ui.ctx().current_pass_index() > 0 {
+        if !ui.memory(|memory| memory.has_focus(list)) {
             return;
         }
         let filter = EventFilter {

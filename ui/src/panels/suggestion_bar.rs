@@ -6,6 +6,7 @@ use std::sync::Arc;
 use egui::{
     Align2, Area, Color32, Galley, Id, Order, Painter, Pos2, Rect, Role, Sense, Ui, Vec2, WidgetInfo, vec2,
 };
+use inplace_core::guide::Likely;
 use inplace_model::suggestions::{A_MOMENT, Mode};
 use inplace_model::workspace::Workspace;
 
@@ -40,8 +41,8 @@ impl Item {
     }
 }
 
-/// Draws the bar over the upper edge of the canvas while suggestions are answered or places judged; asks for another frame where what it
-/// says changes with time.
+/// Draws the bar over the upper edge of the canvas while suggestions are answered or places judged; asks for another frame
+/// where what it says changes with time.
 pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
     let next = NEXT_SUGGESTION.key(ui.ctx());
     let (first, items) = match workspace.suggestions().mode {
@@ -49,7 +50,11 @@ pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
             Some(said) => said,
             None => return,
         },
-        Mode::At(index) => (at(workspace, index), keys(workspace, index, &next)),
+        Mode::At(index) => {
+            let place = workspace.suggestions().listed.get(index);
+            let classes = place.map(|place| place.classes.as_slice()).unwrap_or_default();
+            (at(workspace, index, classes), keys(workspace, classes, &next))
+        }
         Mode::Looking(since) => {
             let patience = A_MOMENT.saturating_sub(since.elapsed());
             if patience.is_zero() {
@@ -103,27 +108,21 @@ fn place(workspace: &Workspace, index: usize) -> Option<(String, Vec<Item>)> {
     Some((first, keys.map(|(key, does)| Item::new(key, does)).into()))
 }
 
-fn at(workspace: &Workspace, index: usize) -> String {
+fn at(workspace: &Workspace, index: usize, classes: &[Likely]) -> String {
     let count = workspace.suggestions().listed.len();
     let number = format!("Suggestion {} of {count}", index + 1);
     if workspace.suggestions().settled {
         return format!("{number}, settled meanwhile");
     }
-    let likeliest = workspace.suggestions().listed[index].classes.first();
-    match likeliest.and_then(|likely| object_near(workspace, likely)) {
+    match classes.first().and_then(|likely| object_near(workspace, likely)) {
         Some(object) => format!("{number}: {}, or a new one?", cut(&object.name)),
         None => number,
     }
 }
 
-fn keys(workspace: &Workspace, index: usize, next: &str) -> Vec<Item> {
-    let likely = workspace
-        .suggestions()
-        .listed
-        .get(index)
-        .map(|place| &place.classes);
+fn keys(workspace: &Workspace, classes: &[Likely], next: &str) -> Vec<Item> {
     let mut items = Vec::new();
-    for (rank, likely) in likely.into_iter().flatten().take(2).enumerate() {
+    for (rank, likely) in classes.iter().take(2).enumerate() {
         let Some(class) = workspace.document.labels().class(likely.class) else {
             continue;
         };

@@ -15,7 +15,7 @@ use crate::keys::table::{ANSWER_BY_NAME, ANSWER_NEW, NEXT_SUGGESTION, PREVIOUS_S
 use crate::numbers;
 use crate::theme;
 use crate::thumbnails::{self, Thumbnails};
-use crate::widgets::{empty_state, focus_ring, heading, key_cap_of, line_of_text, swatch};
+use crate::widgets::{focus_ring, heading, key_cap_of, line_of_text, swatch, weak_text};
 
 /// Size of the picture of a place that is not at hand.
 const SMALL: egui::Vec2 = vec2(96.0, 72.0);
@@ -29,7 +29,6 @@ pub struct SuggestionPanel {
     thumbnails: Thumbnails,
     /// The place at hand when the list was drawn last, to scroll to another one.
     at: Option<(usize, u64)>,
-    held: bool,
 }
 
 /// A place of the list, with its frame.
@@ -43,18 +42,13 @@ struct Place<'a> {
 impl SuggestionPanel {
     /// A list with these thumbnails.
     pub fn new(thumbnails: Thumbnails) -> Self {
-        Self {
-            thumbnails,
-            at: None,
-            held: false,
-        }
+        Self { thumbnails, at: None }
     }
 
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
         self.thumbnails.collect(workspace.serial);
         let hovered = ui.rect_contains_pointer(ui.max_rect());
-        if hovered != self.held {
-            self.held = hovered;
+        if hovered != workspace.suggestions().held {
             commands.push(Command::HoldSuggestions(hovered));
         }
         let count = workspace.suggestions().listed.len();
@@ -76,7 +70,7 @@ impl SuggestionPanel {
         });
         footer(ui, workspace, commands);
         if workspace.suggestions().listed.is_empty() {
-            empty_state(ui, workspace.why_no_suggestion());
+            weak_text(ui, workspace.why_no_suggestion());
             return;
         }
         let suggestions = workspace.suggestions();
@@ -227,9 +221,7 @@ fn title(ui: &mut Ui, place: &Place<'_>) {
     } else {
         settles(place.suggestion.share)
     };
-    let label = egui::Label::new(RichText::new(text).weak()).wrap();
-    ui.add(label)
-        .on_hover_text("The share of all pixels that a label there would settle");
+    weak_text(ui, &text).on_hover_text("The share of all pixels that a label there would settle");
 }
 
 /// What was answered last, and how many places are left out: below the list, where it moves nothing.
@@ -281,8 +273,8 @@ fn row(ui: &mut Ui, color: Option<[u8; 3]>, text: &str, button: &str, mut clicke
     });
 }
 
-/// A button that gives a place a class, or the object of it that is near: the class's colour, the name, how likely it is, and the key that does it. Returns
-/// whether it was pressed.
+/// A button that gives a place a class, or the object of it that is near: the class's colour, the name, how likely it is,
+/// and the key that does it. Returns whether it was pressed.
 fn class_button(
     ui: &mut Ui,
     workspace: &Workspace,

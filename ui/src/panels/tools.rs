@@ -1,4 +1,4 @@
-//! The tool bar over the canvas, and the hint about what to do next.
+//! The tool bar over the canvas.
 
 use egui::{Align, Layout, Slider, Ui};
 use inplace_model::settings::Settings;

@@ -94,7 +94,7 @@ pub fn empty(ui: &mut Ui, area: Rect, words: &str) {
             vec2((area.width() - 64.0).min(420.0), 60.0),
         ))
         .layout(Layout::top_down(egui::Align::Center));
-    ui.scope_builder(place, |ui| crate::widgets::empty_state(ui, words));
+    ui.scope_builder(place, |ui| crate::widgets::weak_text(ui, words));
 }
 
 /// The gestures and the key that fits the scene in, in the lower right corner.

@@ -1,7 +1,6 @@
 //! A thinned cloud drawn by egui's painter, for windows without wgpu.
 
-use egui::epaint::{Mesh, Vertex, WHITE_UV};
-use egui::{Color32, Painter, Pos2, Shape, vec2};
+use egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Vec2};
 use glam::Vec3;
 use inplace_model::layer::Layer;
 use inplace_model::palette::{Palette, Table};
@@ -35,16 +34,7 @@ pub fn draw(painter: &Painter, prepared: &Prepared, sight: &Sight, look: SplatLo
     squares.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
     let mut mesh = Mesh::default();
     for (_, center, half, color) in squares {
-        let first = mesh.vertices.len() as u32;
-        for (x, y) in [(-half, -half), (half, -half), (-half, half), (half, half)] {
-            mesh.vertices.push(Vertex {
-                pos: center + vec2(x, y),
-                uv: WHITE_UV,
-                color,
-            });
-        }
-        mesh.add_triangle(first, first + 1, first + 2);
-        mesh.add_triangle(first + 1, first + 2, first + 3);
+        mesh.add_colored_rect(Rect::from_center_size(center, Vec2::splat(2.0 * half)), color);
     }
     painter.add(Shape::mesh(mesh));
 }

@@ -58,7 +58,8 @@ pub struct Target {
     pub drawn: usize,
     /// Binds the colours to show them.
     pub bind_group: wgpu::BindGroup,
-    color: wgpu::Texture,
+    /// Its colours.
+    pub color: wgpu::Texture,
     depth: wgpu::Texture,
 }
 
@@ -135,11 +136,5 @@ impl Target {
             occlusion_query_set: None,
             multiview_mask: None,
         })
-    }
-
-    /// Its colours.
-    #[cfg(test)]
-    pub fn color(&self) -> &wgpu::Texture {
-        &self.color
     }
 }

@@ -204,12 +204,15 @@ fn objects_are_hidden_one_by_one_or_all_but_one_and_the_project_keeps_that() {
     window.sees("Hide the objects of chair");
     assert_eq!(hidden(&window), [false, true]);
     assert!(window.workspace().is_object_locked(id(1)));
-    // When it is gone, no other is hidden beside it.
+    let builds = |window: &Window| window.harness.state().canvas().strokes().builds;
+    let before = builds(&window);
     window.spread();
     window.until_window("the objects are found", |window| {
         let chairs = window.workspace().objects_of(1);
         chairs.iter().any(|(_, found)| found.is_some())
     });
+    assert!(builds(&window) > before, "the strokes on what is hidden are hidden");
+    // When it is gone, no other is hidden beside it.
     let locked = Command::SetLocked(Named::Object(id(1)), false);
     [locked, Command::MergeObject(id(1), id(2))]
         .into_iter()

@@ -437,7 +437,7 @@ impl Window {
 
     /// Does something as a panel or a key would.
     pub fn act(&mut self, action: Command) {
-        self.harness.state_mut().act(action);
+        self.harness.state_mut().update(action);
         self.harness.run_steps(3);
     }
 

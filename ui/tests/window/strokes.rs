@@ -74,6 +74,11 @@ fn a_polygon_waits_on_its_frame_escape_drops_it_and_backspace_and_undo_take_back
     window.key(Key::Enter);
     assert_eq!(window.strokes(), 1);
     window.key(Key::A);
+    // The 3D view leaves it where it is.
+    window.key(Key::V);
+    window.key(Key::Escape);
+    window.key(Key::V);
+    window.sees_part("Polygon, 2 corners");
     // A click on the first corner ends it, too.
     click_at(&mut window, &[TRIANGLE[2], TRIANGLE[0]]);
     let polygon = newest(&window);

@@ -192,6 +192,10 @@ fn escape_a_click_and_another_frame_leave() {
 
     window.key(Key::N);
     assert!(is_active(&window));
+    // A menu that is open is closed first.
+    window.click("Layer");
+    window.key(Key::Escape);
+    assert!(is_active(&window));
     window.key(Key::Escape);
     assert!(!is_active(&window));
     window.key(Key::Num2);
@@ -220,6 +224,10 @@ fn cards_do_not_move_under_the_pointer_and_are_answered_by_their_buttons() {
     }
     window.suggest(generation, vec![place(2, [8, 8], &[WALL])]);
     assert_eq!(listed(&window), [3]);
+    // What is not shown may move.
+    window.key(Key::T);
+    assert_eq!(listed(&window), [2]);
+    window.key(Key::T);
     // Other labels have other places.
     window.act(Command::AddClass(ClassUse::Choose, "lamp".to_owned()));
     suggest_now(&mut window, vec![place(4, [9, 9], &[WALL])]);

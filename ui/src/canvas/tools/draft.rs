@@ -59,10 +59,10 @@ impl Draft {
     }
 
     /// What it is when it ends now.
-    pub fn line(&self) -> DrawnLine {
+    pub fn into_line(self) -> DrawnLine {
         DrawnLine {
             tool: self.tool,
-            points: self.points.clone(),
+            points: self.points,
         }
     }
 

@@ -123,6 +123,18 @@ fn a_drag_draws_an_outline_that_closes_near_its_beginning() {
 }
 
 #[test]
+fn an_outline_that_was_left_with_the_button_held_does_not_follow_the_pointer_afterwards() {
+    let mut gesture = Gesture::default();
+    let around = with(Tool::Polygon);
+    follow(&mut gesture, &around, &[press(26.5, 26.5)]);
+    let left = gesture.swap_draft(None);
+    follow(&mut gesture, &around, &[release(26.5, 26.5)]);
+    gesture.swap_draft(left);
+    follow(&mut gesture, &around, &[Event::PointerMoved(pos2(90.0, 90.0))]);
+    assert_eq!(gesture.draft().unwrap().points, [[10, 10]]);
+}
+
+#[test]
 fn panning_moves_the_view_and_draws_nothing_also_in_the_middle_of_a_polygon() {
     let pan_key = CanvasPlace {
         pan_key: true,

@@ -50,9 +50,10 @@ pub(super) fn recolor_popup(ui: &Ui, class: &Class, rect: Rect, commands: &mut C
 fn custom_color(ui: &mut Ui, class: &Class, commands: &mut Commands) {
     let id = ui.scope_id().with("custom colour");
     let [r, g, b] = class.color;
-    let mut text = ui
-        .data(|data| data.get_temp::<String>(id))
-        .unwrap_or_else(|| format!("#{r:02x}{g:02x}{b:02x}"));
+    // What is typed counts until the class has another colour.
+    let typed = ui.data(|data| data.get_temp::<([u8; 3], String)>(id));
+    let typed = typed.filter(|(before, _)| *before == class.color);
+    let mut text = typed.map_or_else(|| format!("#{r:02x}{g:02x}{b:02x}"), |(_, text)| text);
     ui.horizontal(|ui| {
         let field = text_line(&mut text, "", 96.0);
         let response = ui.add(field).accessible_name("Colour as hexadecimal digits");
@@ -68,5 +69,5 @@ fn custom_color(ui: &mut Ui, class: &Class, commands: &mut Commands) {
             ui.close();
         }
     });
-    ui.data_mut(|data| data.insert_temp(id, text));
+    ui.data_mut(|data| data.insert_temp(id, (class.color, text)));
 }

@@ -27,7 +27,7 @@ pub(super) fn row<'a>(
     (object, found): (&'a Object, Option<&FoundObject>),
 ) -> Row<'a> {
     let frames = found
-        .map(|found| counted(found.frames, "frame", "frames"))
+        .map(|found| format!(", {}", counted(found.frames, "frame", "frames")))
         .unwrap_or_default();
     let hidden = workspace.class_view.hidden.has(object.id);
     // The eye takes the place of the number, so that the name stays readable.
@@ -39,7 +39,7 @@ pub(super) fn row<'a>(
         named: Named::Object(object.id),
         name: &object.name,
         color: object_color(class.color, object.id, workspace.is_first_of_class(object)),
-        facts: format!("object of {}, {frames}", class.name),
+        facts: format!("object of {}{frames}", class.name),
         number: Some(number),
         slot: None,
         chosen: workspace.said().is_some_and(|said| said.id == object.id),

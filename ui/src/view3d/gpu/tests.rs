@@ -94,7 +94,7 @@ impl Stand {
         });
         let [shown, _] = self.renderer.targets.as_ref().unwrap();
         encoder.copy_texture_to_buffer(
-            shown.color().as_image_copy(),
+            shown.color.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
                 buffer: &buffer,
                 layout: wgpu::TexelCopyBufferLayout {
@@ -103,7 +103,7 @@ impl Stand {
                     rows_per_image: None,
                 },
             },
-            shown.color().size(),
+            shown.color.size(),
         );
         self.queue.submit([encoder.finish()]);
         buffer.map_async(wgpu::MapMode::Read, .., |mapped| mapped.unwrap());
