@@ -11,6 +11,9 @@ mod run;
 mod window;
 
 use std::error::Error;
+use std::fmt;
+use std::io::{self, ErrorKind, Write};
+use std::process;
 use std::time::Instant;
 
 use inplace_core::scene::demo::Shot;
@@ -19,6 +22,16 @@ use crate::arguments::{Arguments, Command};
 
 /// Any failure: one sentence that names the file and what to do.
 pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// Prints a line. That somebody has stopped reading, as `head` does, is no failure; all else is.
+pub fn print(line: fmt::Arguments<'_>) {
+    if let Err(error) = writeln!(io::stdout(), "{line}")
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        eprintln!("inplace: the results cannot be printed: {error}");
+        process::exit(1);
+    }
+}
 
 /// Does what the command line asks for, in a program that started then.
 pub fn run(arguments: Arguments, started: Instant) -> Result<(), Failure> {

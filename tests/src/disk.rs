@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Arc;
 
 use inplace_core::labels::{Class, History, LabelSet, Stroke, read_strokes};
 use inplace_core::project::{Contents, FrameRecord, SceneRecord};
@@ -10,7 +11,6 @@ use inplace_core::scene::{OpenOptions, Scene, SceneSource};
 use inplace_core::semantics::{LabelPropagation, Surface};
 use inplace_core::session::FrameMap;
 use serde_json::Value;
-use std::sync::Arc;
 use tempfile::TempDir;
 
 use crate::{Outcome, Running, Small, inplace};

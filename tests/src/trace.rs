@@ -54,6 +54,14 @@ impl Window {
         self.until(what, |window| answer(&window.trace()))
     }
 
+    /// Waits until the maps of all frames follow the labels.
+    #[track_caller]
+    pub fn follow(&self) {
+        self.until_told("the maps of all frames follow", |trace| {
+            (trace.last("maps")?["generation"] == trace.last("labels")?["generation"]).then_some(())
+        });
+    }
+
     /// Opens a text field, types into it and confirms.
     #[track_caller]
     pub fn fill(&self, open: impl FnOnce(&Self), text: &str) {

@@ -130,9 +130,9 @@ fn images_that_are_links_open_and_those_that_a_file_names_outside_the_folder_nee
     fs::create_dir(&listing).unwrap();
     let frame = |number: usize| {
         let pose = [[1, 0, 0, number], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
-        serde_json::json!({"file_path": format!("../room/rgb/rgb_{number}.png"), "transform_matrix": pose})
+        json!({"file_path": format!("../room/rgb/rgb_{number}.png"), "transform_matrix": pose})
     };
-    let frames = serde_json::json!({"camera_angle_x": 1.5, "frames": [frame(0), frame(1)]});
+    let frames = json!({"camera_angle_x": 1.5, "frames": [frame(0), frame(1)]});
     fs::write(listing.join("transforms.json"), frames.to_string()).unwrap();
     let mut info = inplace();
     info.arg("info").arg(&listing);

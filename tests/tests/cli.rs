@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 use std::sync::Arc;
 
 use image::ColorType;
@@ -122,6 +123,17 @@ fn the_demo_can_be_looked_at_and_written_as_a_capture() {
     ] {
         assert!(shown.stdout.contains(fact), "{fact} is not in: {}", shown.stdout);
     }
+}
+
+#[test]
+fn a_reader_that_stops_early_is_no_failure() {
+    let mut info = inplace();
+    info.args(["info", "demo"]).stdout(Stdio::piped());
+    let mut running = info.stderr(Stdio::piped()).spawn().unwrap();
+    drop(running.stdout.take());
+    let ended = running.wait_with_output().unwrap();
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success() && !told.contains("panicked"), "{told}");
 }
 
 #[test]

@@ -65,13 +65,6 @@ fn used(process: u32) -> f64 {
     ticks.sum::<f64>() / 100.0
 }
 
-/// Waits until the maps of all frames follow the labels.
-fn follow(window: &Window) {
-    window.until_told("the maps of all frames follow", |trace| {
-        (trace.last("maps")?["generation"] == trace.last("labels")?["generation"]).then_some(())
-    });
-}
-
 /// Measures a window opened with these arguments; `trains` tells whether it trains all the while.
 fn measured(trains: bool, arguments: &[&str]) {
     let _alone = ALONE.lock();
@@ -101,7 +94,7 @@ fn measured(trains: bool, arguments: &[&str]) {
     // The first labels wait for a surface, which is not what a click takes: it counts no more in another frame.
     (0..2).for_each(click);
     hands.press("d");
-    follow(&window);
+    window.follow();
     (2..2 + 2 * seconds).for_each(click);
     wander(&hands, Duration::from_secs(seconds) / 2);
     for _ in 0..(seconds / 4) {
@@ -110,7 +103,7 @@ fn measured(trains: bool, arguments: &[&str]) {
         wander(&hands, STROKE);
         hands.act("mouseup 1");
     }
-    follow(&window);
+    window.follow();
     let share = (!trains).then(|| {
         std::thread::sleep(Duration::from_secs(2));
         let (start, before) = (Instant::now(), used(window.running.id()));

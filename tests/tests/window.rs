@@ -39,9 +39,7 @@ fn a_scene_is_shown_labelled_with_the_pointer_exported_and_kept() {
     let classes = window.trace().classes();
     let names: Vec<&str> = classes.iter().map(|(_, name)| name.as_str()).collect();
     assert_eq!(names, ["wall", "floor"]);
-    window.until_told("the maps of all frames follow", |trace| {
-        (trace.last("maps")?["generation"] == trace.last("labels")?["generation"]).then_some(())
-    });
+    window.follow();
     let folder = window.home.path().join("labels-by-hand");
     window.export(&folder);
 

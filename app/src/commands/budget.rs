@@ -27,15 +27,14 @@ impl Budget {
     /// Of so many seconds for a scene.
     pub(super) fn of(seconds: f64, scene: &Scene) -> Self {
         let pixels = scene.frames.iter().map(|frame| frame.camera.pixels()).sum();
-        Self::new(seconds, LAST_LOOK, scene.frames.len(), pixels)
+        Self::new(seconds, scene.frames.len(), pixels)
     }
 
-    /// Of so many seconds for this many frames and pixels of all of them, a share of which is kept for what follows
-    /// training.
-    fn new(seconds: f64, last_look: f64, frames: usize, pixels: usize) -> Self {
+    /// Of so many seconds for this many frames and pixels of all of them.
+    fn new(seconds: f64, frames: usize, pixels: usize) -> Self {
         Self {
             seconds,
-            last_look: last_look * seconds,
+            last_look: LAST_LOOK * seconds,
             writing: WRITE_SECONDS
                 + WRITE_SECONDS_PER_FRAME * frames as f64
                 + WRITE_SECONDS_PER_MEGAPIXEL * pixels as f64 / 1e6,
@@ -90,9 +89,9 @@ mod tests {
 
     #[test]
     fn training_ends_early_enough_for_the_last_look_and_the_files() {
-        let budget = Budget::new(60.0, 0.125, 100, 50_000_000);
+        let budget = Budget::new(60.0, 100, 50_000_000);
         assert!((budget.write_at() - (60.0 - 6.5)).abs() < 1e-9);
-        assert!((budget.settle_at() - (60.0 - 6.5 - 7.5)).abs() < 1e-9);
+        assert!((budget.settle_at() - (60.0 - 6.5 - 7.2)).abs() < 1e-9);
         assert_eq!(budget.problem(30.0, 47.0, 100), None);
         assert_eq!(
             budget.problem(10.0, 55.0, 100).unwrap(),
@@ -100,13 +99,13 @@ mod tests {
              writing its 100 frames takes about 6.5 s"
         );
         // With no time left both are now, and nothing is negative.
-        let short = Budget::new(2.0, 0.125, 100, 50_000_000);
+        let short = Budget::new(2.0, 100, 50_000_000);
         assert_eq!((short.write_at(), short.settle_at()), (0.0, 0.0));
     }
 
     #[test]
     fn a_look_that_took_long_begins_early() {
-        let mut budget = Budget::new(60.0, 0.1, 0, 0);
+        let mut budget = Budget::new(60.0, 0, 0);
         let before = budget.settle_at();
         budget.looked(4.0);
         assert_eq!(budget.settle_at(), before);
@@ -116,7 +115,7 @@ mod tests {
 
     #[test]
     fn what_took_longer_is_told_by_its_parts_and_nothing_else_is() {
-        let budget = Budget::new(10.0, 0.1, 0, 0);
+        let budget = Budget::new(10.0, 0, 0);
         assert_eq!(budget.exceeded(10.0, 6.0, 3.0), None);
         assert_eq!(
             budget.exceeded(14.0, 6.0, 7.0).unwrap(),

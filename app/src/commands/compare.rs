@@ -64,7 +64,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&agreement)?);
     } else {
-        print!("{}", table(&agreement));
+        println!("{}", table(&agreement).trim_end());
     }
     Ok(())
 }

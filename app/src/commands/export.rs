@@ -79,9 +79,9 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let scene = client.opened()?;
         let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
         let budget = arguments.budget.filter(|_| !is_learnt).or(usual);
-        // What views are rendered from is learnt without a budget.
         if trajectory.is_some() {
-            // Views are rendered from a field that has learnt all it can. Labels teach only the semantic field.
+            // Views are rendered from a field that has learnt all it can, without a budget. Labels teach only the
+            // semantic field.
             client.settled(0, None)?;
             if !reads_semantic_field(&scene) {
                 client.send(Command::Settle);

@@ -91,7 +91,7 @@ fn label_unless_finished(arguments: &LabelArguments, start: Instant) -> Result<(
     let inputs = inputs(arguments, &options)?;
     let finished = || export::finished(&arguments.out, env!("CARGO_PKG_VERSION"), &inputs);
     match (!arguments.force).then(finished).flatten() {
-        Some(report) if arguments.json => print!("{report}"),
+        Some(report) if arguments.json => println!("{}", report.trim_end()),
         Some(_) => println!(
             "{}: was labelled already from the same scene, strokes and options; --force labels it anew",
             arguments.out.display()
@@ -107,9 +107,9 @@ fn inputs(arguments: &LabelArguments, options: &SessionOptions) -> Result<Inputs
     let strokes = arguments.strokes.as_ref().or(own);
     let images = arguments.import.as_deref().map(label_image_files).transpose()?;
     Ok(Inputs {
-        scene: match options.source {
+        scene: match SceneSource::from_argument(&arguments.scene) {
             SceneSource::Demo => arguments.scene.clone(),
-            SceneSource::Folder(_) => absolute(&arguments.scene)?,
+            SceneSource::Folder(path) => absolute(path)?,
         },
         strokes_sha256: strokes.map(|file| export::digest(&[file])).transpose()?,
         import_sha256: images.map(|files| export::digest(&files)).transpose()?,

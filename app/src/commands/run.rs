@@ -102,9 +102,8 @@ pub(super) fn maps_within(
 ) -> Result<Vec<Arc<FrameMap>>, ClientError> {
     let opening = start.elapsed().as_secs_f64();
     let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
-    let has_surface = keyframes.any(|frame| frame.depth_coverage().is_some_and(|share| share > 0.0));
+    let mut is_waiting = keyframes.any(|frame| frame.depth_coverage().is_some_and(|share| share > 0.0));
     let mut has_maps = false;
-    let mut is_waiting = has_surface;
     if is_waiting {
         client.send(Command::Pause);
     }

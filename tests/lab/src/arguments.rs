@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use inplace_core::arguments::{ReadingArguments, TrainingArguments, Wanted, image_size, number, seconds};
 use inplace_core::field::Preset;
 
@@ -100,7 +100,7 @@ pub struct SimulateArguments {
         value_delimiter = ',',
         num_args = 0..=1,
         require_equals = true,
-        default_missing_values = Baseline::ALL.map(Baseline::name),
+        default_missing_values = Baseline::value_variants().iter().map(|baseline| baseline.name()),
         hide_possible_values = true
     )]
     pub baselines: Vec<Baseline>,

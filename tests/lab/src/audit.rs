@@ -81,7 +81,7 @@ pub fn run(arguments: &AuditArguments) -> Result<(), Failure> {
             for number in 0..arguments.seeds {
                 let source = SceneSource::from_argument(argument);
                 let mut options = arguments.on.training.session_options(source);
-                options.seed += number;
+                options.seed = options.seed.wrapping_add(number);
                 progress.show(format!(
                     "{}: {clicks} clicks, seed {}",
                     argument.display(),

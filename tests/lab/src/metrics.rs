@@ -107,9 +107,7 @@ impl ConfusionMatrix {
         if classes.is_empty() {
             return None;
         }
-        let mean = |value: &dyn Fn(ClassId) -> f64| {
-            classes.iter().map(|&class| value(class)).sum::<f64>() / classes.len() as f64
-        };
+        let mean = |value: &dyn Fn(ClassId) -> f64| mean(classes.iter().map(|&class| value(class)));
         let right = |class| self.sum(|truth, predicted| truth == class && predicted == class);
         let union = |class| self.sum(|truth, predicted| truth == class || predicted == class);
         let shown = |class| self.sum(|truth, _| truth == class);

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::Failure;
 use super::arguments::StereoArguments;
 use super::commands::begin;
-use super::learnt::refine_poses;
+use super::learnt::{pool, refine_poses};
 use super::page::Page;
 use super::table::csv;
 use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource};
@@ -53,7 +53,7 @@ pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
     let out = &arguments.output.out;
     begin(out, &arguments.scenes)?;
     let threads = arguments.threads.map_or_else(cores, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let pool = pool(threads)?;
     let mut points = Vec::new();
     for argument in &arguments.scenes {
         let source = SceneSource::from_argument(argument);

@@ -14,8 +14,7 @@ use super::{ConfusionMatrix, Failure, Scores, unusable_file, unusable_scene};
 use crate::simulate::Click;
 use inplace_core::labels::{self, Class, ClassId, Stroke, VOID, decode_gray, parse_class_list, read_strokes};
 use inplace_core::scene::demo::{self, Shot};
-use inplace_core::scene::{Frame, Scene, SceneSource};
-use inplace_core::scene::{frame_number, label_images, numbered_images};
+use inplace_core::scene::{Frame, Scene, SceneSource, frame_number, label_images, numbered_images};
 use inplace_core::semantics::FrameMap;
 use inplace_core::session::Client;
 

@@ -159,8 +159,10 @@ pub fn run(arguments: &AllArguments) -> Result<(), Failure> {
         if ended.failure.is_some() {
             failed.push(step.folder.clone());
         }
-        if let Ok(text) = fs::read(folder.join(&step.folder).join("result.json")) {
-            results.insert(step.folder.clone(), serde_json::from_slice(&text)?);
+        // What failed early has printed nothing.
+        let result = fs::read(folder.join(&step.folder).join("result.json")).ok();
+        if let Some(result) = result.and_then(|text| serde_json::from_slice(&text).ok()) {
+            results.insert(step.folder.clone(), result);
         }
         seconds += ended.seconds;
         // What has been measured stays readable if a later measurement is interrupted.

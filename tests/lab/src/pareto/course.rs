@@ -70,11 +70,8 @@ impl ParetoRun {
     /// Labels the scene in this process and measures, at the marks and where it stops by itself.
     ///
     /// # Errors
-    /// A scene that cannot be read, or without ground truth; a run without marks, and whatever stops a session.
+    /// A scene that cannot be read, or without ground truth, and whatever stops a session.
     pub fn measure(&self) -> Result<Vec<ParetoPoint>, Failure> {
-        if self.marks.is_empty() {
-            return Err("there is no mark to measure at; give one".into());
-        }
         let prepared = self.prepared()?;
         match self.method {
             Method::Preset(preset) => self.of_session(preset, &prepared),

@@ -43,9 +43,6 @@ pub(crate) struct Task<'a> {
 }
 
 impl Baseline {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Nearest, Self::JointMlp, Self::Pixels];
-
     /// Its name in the results.
     pub fn name(self) -> &'static str {
         match self {
