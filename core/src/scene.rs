@@ -226,12 +226,8 @@ impl Scene {
             }
         };
         if !options.depth {
-            for frame in &mut scene.frames {
-                if frame.has_depth() {
-                    frame.set_depth(None);
-                }
-                frame.points.clear();
-            }
+            // No reader lists depth images then; COLMAP's needs the points for the unit.
+            scene.frames.iter_mut().for_each(|frame| frame.points.clear());
         }
         scene.take_the_size_of_a_room();
         keyframes::choose(&mut scene, options)?;
@@ -363,12 +359,8 @@ impl Scene {
         let mut points = Vec::new();
         for frame in self.frames.iter().filter(|frame| frame.is_keyframe()) {
             let Some(depth) = frame.depth() else { continue };
-            let stride = (depth.len() / 200).max(1) | 1;
-            for index in (0..depth.len()).step_by(stride) {
-                if let Some(length) = depth.ray_length(index) {
-                    points.push(frame.center() + length * frame.ray_direction(index));
-                }
-            }
+            let sampled = depth.sampled(200);
+            points.extend(sampled.map(|(index, length)| frame.place(index, length)));
         }
         points
     }
@@ -376,9 +368,7 @@ impl Scene {
     /// World positions of the sparse points of every frame; one that many frames see counts as often.
     fn sparse_points(&self) -> Vec<Vec3> {
         let of_frame = |frame: &Frame| {
-            let place = |point: &SparsePoint| {
-                frame.center() + point.length * frame.ray_direction(point.pixel as usize)
-            };
+            let place = |point: &SparsePoint| frame.place(point.pixel as usize, point.length);
             frame.points.iter().map(place).collect::<Vec<Vec3>>()
         };
         self.frames.iter().flat_map(of_frame).collect()

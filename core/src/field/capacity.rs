@@ -134,17 +134,11 @@ pub(crate) fn median(mut values: Vec<f32>) -> Option<f32> {
 /// Size of a pixel at a typical surface, in metres: at the median measured depth, else at that of the sparse
 /// points, else half way from the centre to a side of the volume.
 fn pixel_footprint(scene: &Scene, volume: &Volume) -> f32 {
-    let lengths = scene
-        .frames
-        .iter()
-        .filter(|frame| frame.is_keyframe())
-        .filter_map(Frame::depth)
-        .flat_map(|depth| {
-            let stride = (depth.len() / 100).max(1) | 1;
-            (0..depth.len())
-                .step_by(stride)
-                .filter_map(move |index| depth.ray_length(index))
-        });
+    let keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
+    let lengths = keyframes.filter_map(Frame::depth).flat_map(|depth| {
+        let sampled = depth.sampled(100).map(|(_, length)| length);
+        sampled.collect::<Vec<f32>>()
+    });
     let sparse = || {
         let points = scene.frames.iter().flat_map(|frame| &frame.points);
         points.map(|point| point.length).collect()

@@ -17,7 +17,8 @@ const PARAMETERS: usize = 6;
 /// It is used in training only: rendering shows the scene as the average frame does.
 #[derive(Debug)]
 pub struct Exposure {
-    parameters: Var,
+    /// Gains and offsets of every frame, `[frames, 6]`.
+    pub parameters: Var,
     optimiser: Adam,
 }
 
@@ -51,11 +52,6 @@ impl Exposure {
         let shown = (colors.mul(&gain)? + offset)?;
         let penalty = own.sqr()?.mean_all()?.affine(PENALTY, 0.0)?;
         Ok((shown, penalty))
-    }
-
-    /// Gains and offsets of every frame, `[frames, 6]`.
-    pub fn parameters(&self) -> &Var {
-        &self.parameters
     }
 
     /// One step against the gradient of the parameters.
@@ -126,10 +122,10 @@ mod tests {
             let (shown, penalty) = exposure.apply(&colors, &opaque, &[1, 1]).unwrap();
             let error = shown.sub(&measured).unwrap().sqr().unwrap().mean_all().unwrap();
             let gradients = (error + penalty).unwrap().backward().unwrap();
-            let gradient = gradients.get(exposure.parameters()).unwrap();
+            let gradient = gradients.get(&exposure.parameters).unwrap();
             exposure.step(gradient, 0.01).unwrap();
         }
-        let learnt = exposure.parameters().to_vec2::<f32>().unwrap();
+        let learnt = exposure.parameters.to_vec2::<f32>().unwrap();
         assert_eq!([&learnt[0], &learnt[2]], [&vec![0.0; 6]; 2]);
         assert!(learnt[1].iter().all(|&v| v > 0.0), "{learnt:?}");
     }

@@ -39,16 +39,14 @@ impl OccupancyGrid {
     /// Empties the cells that measured rays of the keyframes pass through and marks those that they end in.
     pub fn carve(&mut self, scene: &Scene, volume: &Volume) {
         let cell = volume.side / OCCUPANCY_RESOLUTION as f32;
+        let keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
+        let measured: Vec<_> = keyframes
+            .filter_map(|frame| Some((frame, frame.depth()?)))
+            .collect();
         let rays = || {
-            let keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
-            keyframes.flat_map(|frame| {
-                let depth = frame.depth();
-                let pixels = depth.as_ref().map_or(0, |depth| depth.len());
-                let stride = (pixels / 4000).max(1) | 1;
-                (0..pixels).step_by(stride).filter_map(move |index| {
-                    let length = depth.as_ref()?.ray_length(index)?;
-                    Some((frame.center(), frame.ray_direction(index), length))
-                })
+            measured.iter().flat_map(|(frame, depth)| {
+                let sampled = depth.sampled(4000);
+                sampled.map(move |(index, length)| (frame.center(), frame.ray_direction(index), length))
             })
         };
         for (origin, direction, length) in rays() {
@@ -79,7 +77,7 @@ impl OccupancyGrid {
         let cell = 1.0 / OCCUPANCY_RESOLUTION as f32;
         for frame in &scene.frames {
             for point in &frame.points {
-                let place = frame.center() + point.length * frame.ray_direction(point.pixel as usize);
+                let place = frame.place(point.pixel as usize, point.length);
                 let around = (0..27).map(|k| Vec3::new((k % 3) as f32, (k / 3 % 3) as f32, (k / 9) as f32));
                 for offset in around {
                     if let Some(index) = index_of(volume.to_unit(place) + cell * (offset - 1.0)) {
@@ -219,7 +217,7 @@ mod tests {
         let cells: Vec<u32> = (0..OCCUPANCY_RESOLUTION.pow(3)).collect();
         grid.update(&cells, &vec![0.0; cells.len()]);
         let frame = &scene.frames[1];
-        let along = |length: f32| volume.to_unit(frame.center() + length * frame.ray_direction(middle));
+        let along = |length: f32| volume.to_unit(frame.place(middle, length));
         assert!(grid.is_occupied(along(frame.points[0].length)));
         assert!(!grid.is_occupied(along(0.5 * frame.points[0].length)));
         let saved = grid.density().to_vec();

@@ -228,7 +228,9 @@ impl Trainer {
         let (mut samples, gaps) = self.field.spare();
         samples.refill(rays, self.field.volume(), &self.occupancy, self.sampling());
         let samples = until_opaque(&self.field, samples, |ray| rays[ray].length.is_none())?;
-        self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / rays.len() as f32;
+        // Masks may hide all pixels of a batch.
+        let count = rays.len().max(1) as f32;
+        self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / count;
         self.steps += 1;
         self.rays += rays.len() as u64;
         if !samples.is_empty() {
@@ -247,15 +249,17 @@ impl Trainer {
 
     /// Measures the held-out error and adjusts the training to it.
     fn check(&mut self) -> Result<()> {
-        self.error = self.evaluate()?;
-        let adjustment = self.error.map_or(Adjustment::GoOn, |error| {
+        let error = self.evaluate()?;
+        let adjustment = error.map_or(Adjustment::GoOn, |error| {
             self.schedule.judge(self.steps, error.psnr)
         });
         match adjustment {
+            // The error stays that of the checkpoint.
             Adjustment::Undo => return self.undo(),
             Adjustment::Grow => self.grow()?,
             Adjustment::GoOn => {}
         }
+        self.error = error;
         self.checkpoint = Checkpoint::of(&self.field, &self.occupancy)?;
         Ok(())
     }
@@ -310,7 +314,7 @@ impl Trainer {
         let density = self.occupancy.density();
         let occupancy = Tensor::from_slice(density, density.len(), &Device::Cpu)?;
         tensors.insert("occupancy".to_owned(), occupancy);
-        let exposure = self.exposure.parameters().copy()?;
+        let exposure = self.exposure.parameters.copy()?;
         tensors.insert("exposure".to_owned(), exposure.to_device(&Device::Cpu)?);
         Ok(tensors)
     }
@@ -328,7 +332,7 @@ impl Trainer {
         if let Some(density) = density {
             self.occupancy.restore(density);
         }
-        let exposure = self.exposure.parameters();
+        let exposure = &self.exposure.parameters;
         if let Some(saved) = tensors.get("exposure").filter(|saved| is_alike(saved, exposure)) {
             exposure.set(&saved.to_device(exposure.device())?)?;
         }
@@ -393,7 +397,7 @@ impl Trainer {
             }
             self.weights_optimiser.step(weights, rate * NETWORK_RATE)?;
             if self.steps >= EXPOSURE_WARM_UP
-                && let Some(exposure) = gradients.get(self.exposure.parameters())
+                && let Some(exposure) = gradients.get(&self.exposure.parameters)
             {
                 self.exposure.step(exposure, rate * EXPOSURE_RATE)?;
             }

@@ -1,6 +1,6 @@
 //! Pinhole cameras and their poses.
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::LARGEST_SIDE;
 use super::error::NOT_FINITE;
@@ -71,6 +71,12 @@ impl Camera {
         Self::new([width, height], [focal, focal, center[0], center[1]])
     }
 
+    /// Focal lengths and principal point along x and y, in pixels.
+    pub(super) fn intrinsics(&self) -> (DVec2, DVec2) {
+        let [fx, fy, cx, cy] = [self.fx, self.fy, self.cx, self.cy].map(f64::from);
+        (DVec2::new(fx, fy), DVec2::new(cx, cy))
+    }
+
     /// Number of pixels.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
@@ -88,7 +94,19 @@ impl Camera {
 
     /// The same of the pixel with this row-major index.
     pub fn direction_at(&self, index: usize) -> Vec3 {
-        self.pixel_direction(index as u32 % self.width, index as u32 / self.width)
+        let (x, y) = self.center_of(index);
+        self.direction(x, y)
+    }
+
+    /// Image position of the centre of the pixel with this row-major index.
+    pub(crate) fn center_of(&self, index: usize) -> (f32, f32) {
+        let (column, row) = (index as u32 % self.width, index as u32 / self.width);
+        (column as f32 + 0.5, row as f32 + 0.5)
+    }
+
+    /// Whether image position (x, y) is inside the image.
+    pub(crate) fn contains(&self, x: f32, y: f32) -> bool {
+        x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32
     }
 
     /// Row-major indices of the pixels that share a side with the one that has this index.

@@ -20,7 +20,7 @@ use glam::{DAffine3, DMat3, DQuat};
 
 use super::camera::{FARTHEST, median_position, rigid, unit_of_cameras};
 use super::error::{NO_QUATERNION, refuse};
-use super::files::{check_name, file_name, frame_names, leave_out};
+use super::files::{check_name, file_name, frame_names, leave_out, paths_in};
 use super::formats::Format;
 use super::images::ImageFile;
 use super::pixel_errors::{PixelErrors, median};
@@ -46,7 +46,7 @@ const FEWEST_VIEWS: u64 = 3;
 const MOST_ERROR: f64 = 2.0;
 
 /// Whether a folder looks like this format, complete or not.
-fn recognise(folder: &Path) -> bool {
+pub(super) fn recognise(folder: &Path) -> bool {
     !find_models(folder).is_empty()
 }
 
@@ -54,13 +54,9 @@ fn recognise(folder: &Path) -> bool {
 fn find_models(folder: &Path) -> Vec<(PathBuf, &'static str)> {
     let places = PLACES.iter().flat_map(|place| {
         let place = folder.join(place);
-        let mut numbered: Vec<(u32, PathBuf)> = std::fs::read_dir(&place)
-            .into_iter()
-            .flatten()
-            .filter_map(|entry| {
-                let path = entry.ok()?.path();
-                Some((file_name(&path).parse().ok()?, path))
-            })
+        let paths = paths_in(&place).unwrap_or_default().into_iter();
+        let mut numbered: Vec<(u32, PathBuf)> = paths
+            .filter_map(|path| Some((file_name(&path).parse().ok()?, path)))
             .collect();
         numbered.sort();
         numbered.into_iter().map(|(_, path)| path).chain([place])
@@ -171,7 +167,6 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         origin,
         unit,
         point_errors,
-        pose_refinement: None,
         warnings,
         notes,
         ..Scene::new(source, FORMAT.name, frames)
@@ -290,15 +285,11 @@ fn choose_unit((listed, observations): &Images, model: &Model) -> f64 {
     let depths = depths.filter(|depth| depth.is_finite() && *depth > 0.0);
     let median = median(depths).map(|median| median / MEDIAN_DEPTH);
     // In a unit that is tiny beside the cameras' distances, they would be out of reach.
-    let positions = || {
-        listed
-            .iter()
-            .map(|frame| frame.camera_to_world.translation.abs().max_element())
-    };
-    let farthest = positions().fold(0.0, f64::max);
+    let centres = || listed.iter().map(|frame| frame.camera_to_world.translation);
+    let farthest = centres().fold(0.0, |farthest, centre| centre.abs().max_element().max(farthest));
     median
         .filter(|unit| unit.is_finite() && *unit > 0.0 && 2.0 * farthest / unit <= FARTHEST)
-        .unwrap_or_else(|| unit_of_cameras(listed.iter().map(|frame| frame.camera_to_world.translation)))
+        .unwrap_or_else(|| unit_of_cameras(centres()))
 }
 
 #[cfg(test)]

@@ -90,9 +90,9 @@ pub(crate) fn check_size((width, height): (u32, u32), bytes: u64, length: u64) -
     }
 }
 
-/// Width and height of an image in pixels, from its header.
+/// Width and height of an image in pixels, from its header, where an image may have them ([`check_size`]).
 pub(super) fn dimensions(path: &Path) -> Result<(u32, u32), ImageError> {
-    Ok(reader(path)?.into_dimensions()?)
+    Ok(decoder(path)?.dimensions())
 }
 
 /// The error of a file that could be read when the capture was opened, and cannot be read again.
@@ -123,6 +123,23 @@ pub(super) fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
+/// The paths of what is in a folder.
+pub(super) fn paths_in(folder: &Path) -> Result<Vec<PathBuf>, SceneError> {
+    let listed = std::fs::read_dir(folder).and_then(|entries| {
+        let paths = entries.map(|entry| entry.map(|entry| entry.path()));
+        paths.collect::<Result<Vec<PathBuf>, _>>()
+    });
+    listed.map_err(|error| cannot_read(folder, error))
+}
+
+/// The error of a file or a folder that cannot be read.
+pub(super) fn cannot_read(path: &Path, error: std::io::Error) -> SceneError {
+    refusal!(
+        path,
+        "cannot be read ({error}); check that it is there and that you may read it"
+    )
+}
+
 /// Files of a folder with one of these extensions, by the number at the end of their stem; the names of those without
 /// one are added to `unnumbered`.
 ///
@@ -133,10 +150,8 @@ pub(super) fn numbered_files(
     extensions: &[&str],
     unnumbered: &mut Vec<String>,
 ) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
-    let unreadable = |error: std::io::Error| refusal!(folder, "cannot be read: {error}");
     let mut files = BTreeMap::new();
-    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
-        let path = entry.map_err(unreadable)?.path();
+    for path in paths_in(folder)? {
         let wanted = path
             .extension()
             .is_some_and(|own| extensions.iter().any(|e| own.eq_ignore_ascii_case(e)));

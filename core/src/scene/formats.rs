@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::files::paths_in;
 use super::reading::Progress;
 use super::{
     OpenOptions, Scene, SceneError, SceneSource, colmap, images, replica, scannet, seven_scenes, transforms,
@@ -49,6 +50,8 @@ pub(super) fn read(
 ) -> Result<Scene, SceneError> {
     let mut recognised = FORMATS.iter().filter(|format| (format.recognise)(folder));
     let Some(format) = recognised.next() else {
+        // Of a folder that cannot be listed this is the error.
+        paths_in(folder)?;
         let expected = FORMATS.map(|format| format!("{} ({})", format.expected, format.name));
         let expected = expected.join(", or ");
         return Err(SceneError::Unrecognised(folder.to_path_buf(), expected));

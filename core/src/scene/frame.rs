@@ -185,6 +185,14 @@ impl DepthMap {
         }
     }
 
+    /// About `count` pixels, evenly spread over their row-major indices: those of known depth, each with its ray length in
+    /// metres.
+    pub(crate) fn sampled(&self, count: usize) -> impl Iterator<Item = (usize, f32)> + '_ {
+        let stride = (self.len() / count).max(1) | 1;
+        let pixels = (0..self.len()).step_by(stride);
+        pixels.filter_map(|index| Some((index, self.ray_length(index)?)))
+    }
+
     /// Share of the pixels whose depth is known, 0..=1.
     pub fn coverage(&self) -> f32 {
         let known = self.steps.iter().filter(|&&s| s > 0).count();
@@ -337,11 +345,9 @@ impl Frame {
 
     /// Whether the image on disk reaches as far as the pixel with this row-major index.
     fn reaches(&self, index: usize) -> bool {
-        self.lens.as_ref().is_none_or(|lens| {
-            let column = (index as u32 % self.camera.width) as f64;
-            let row = (index as u32 / self.camera.width) as f64;
-            lens.to_image(&self.camera, column + 0.5, row + 0.5).is_some()
-        })
+        let width = self.camera.width;
+        let pixel = [index as u32 % width, index as u32 / width];
+        self.to_image(pixel).is_some()
     }
 
     /// Row-major indices of the pixels that alpha or masks hide, ascending. No file is read where there are none.
@@ -392,13 +398,17 @@ impl Frame {
         Vec3::from(self.camera_to_world.matrix3 * Vec3A::from(direction)).normalize()
     }
 
+    /// World position at this distance, in metres, along the ray through the centre of the pixel with this row-major index.
+    pub fn place(&self, index: usize, length: f32) -> Vec3 {
+        self.center() + length * self.ray_direction(index)
+    }
+
     /// Image position (x, y) and ray length of a world point; `None` outside the image or behind the camera.
     pub fn project(&self, point: Vec3) -> Option<(f32, f32, f32)> {
         let local = self.camera_to_world.matrix3.transpose()
             * (Vec3A::from(point) - self.camera_to_world.translation);
         let (x, y) = self.camera.project(local.into())?;
-        let inside = x >= 0.0 && y >= 0.0 && x < self.camera.width as f32 && y < self.camera.height as f32;
-        inside.then(|| (x, y, local.length()))
+        self.camera.contains(x, y).then(|| (x, y, local.length()))
     }
 }
 

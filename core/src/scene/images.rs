@@ -9,6 +9,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat};
 
 use super::error::{ImageError, in_one_line};
 use super::files::{decode_image, decoder, unreadable, warn};
+use super::frame::to_image;
 use super::{Camera, ColorImage, Distortion, Frame, Lens, SceneError};
 
 /// What became of the orientation that an image's EXIF metadata ask for.
@@ -226,14 +227,10 @@ fn place(color: ColorImage, hidden: Option<&[bool]>, lens: &Lens, pinhole: &Came
     let Some(hidden) = hidden else {
         return Some(straight);
     };
-    let inside = |v: f64, size: u32| (v.max(0.0) as usize).min(size as usize - 1);
     Some(straight.hiding(|index| {
-        let column = f64::from(index as u32 % pinhole.width) + 0.5;
-        let row = f64::from(index as u32 / pinhole.width) + 0.5;
-        lens.to_image(pinhole, column, row).is_some_and(|(x, y)| {
-            let (width, height) = (lens.image.width, lens.image.height);
-            hidden[inside(y, height) * width as usize + inside(x, width)]
-        })
+        let pixel = [index as u32 % pinhole.width, index as u32 / pinhole.width];
+        let shown = to_image(pinhole, Some(lens), pixel);
+        shown.is_some_and(|[x, y]| hidden[(y * lens.image.width + x) as usize])
     }))
 }
 

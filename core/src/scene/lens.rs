@@ -1,5 +1,7 @@
 //! Lenses that bend straight lines, and the pinhole camera that takes their place.
 
+use glam::DVec2;
+
 use super::camera::image_size;
 use super::{Camera, ColorImage};
 
@@ -334,18 +336,14 @@ impl Lens {
 
 /// Where a pinhole camera shows the normalised position (x, y), in pixels.
 fn in_pixels(camera: &Camera, x: f64, y: f64) -> (f64, f64) {
-    (
-        f64::from(camera.fx) * x + f64::from(camera.cx),
-        f64::from(camera.fy) * y + f64::from(camera.cy),
-    )
+    let (focal, center) = camera.intrinsics();
+    (focal * DVec2::new(x, y) + center).into()
 }
 
 /// The normalised position that a pinhole camera shows at (x, y), in pixels.
 fn normalised(camera: &Camera, x: f64, y: f64) -> (f64, f64) {
-    (
-        (x - f64::from(camera.cx)) / f64::from(camera.fx),
-        (y - f64::from(camera.cy)) / f64::from(camera.fy),
-    )
+    let (focal, center) = camera.intrinsics();
+    ((DVec2::new(x, y) - center) / focal).into()
 }
 
 /// Colour at an image position, in pixels, from the four pixel centres around it.

@@ -33,11 +33,9 @@ impl PixelErrors {
     }
 }
 
-/// The value that this share of sorted values does not exceed; `None` of no values.
+/// The value that this share, below 1, of sorted values does not exceed; `None` of no values.
 fn share_below(sorted: &[f64], share: f64) -> Option<f64> {
-    sorted
-        .get(((sorted.len() as f64 * share) as usize).min(sorted.len().saturating_sub(1)))
-        .copied()
+    sorted.get((sorted.len() as f64 * share) as usize).copied()
 }
 
 /// The median of values, the upper one of two in the middle; `None` of no values.

@@ -35,9 +35,6 @@ impl Pixels {
     }
 }
 
-/// Reads a frame's pixels from its files once more, or says why they cannot be read any more.
-pub(super) type Decode = Box<dyn Fn() -> Result<Pixels, SceneError> + Send + Sync>;
-
 /// Where the pixels of a frame are, and what was found out about them when they were read first.
 #[derive(Clone)]
 pub struct FramePixels {
@@ -120,7 +117,8 @@ pub(super) struct OnDisk {
     pub number: usize,
     /// How sharp the image is ([`sharpness`](super::keyframes::sharpness)).
     pub sharpness: f32,
-    pub decode: Decode,
+    /// Reads them from their files once more, or says why they cannot be read any more.
+    pub decode: Box<dyn Fn() -> Result<Pixels, SceneError> + Send + Sync>,
     /// What was read last of any of the frames.
     pub cache: Arc<Cache<Pixels>>,
 }

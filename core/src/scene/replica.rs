@@ -14,7 +14,7 @@ use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::text::{parse_numbers, pose_of, read_text};
 use super::rgbd::{self, DepthCode, Found, Layout};
-use super::{Camera, OpenOptions, Scene, SceneError, transforms};
+use super::{Camera, OpenOptions, Scene, SceneError, colmap, transforms};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 pub use write::{GroundTruth, TrueObjects, write};
@@ -32,12 +32,13 @@ pub(super) const FORMAT: Format = Format {
 /// Horizontal field of view of captures without `intrinsics.txt`, in degrees.
 const DEFAULT_FIELD_OF_VIEW: f32 = 90.0;
 
-/// Whether a folder looks like this layout, complete or not; TUM RGB-D lists the images of its `rgb/` in a
-/// file beside it.
+/// Whether a folder looks like this layout, complete or not.
 fn recognise(folder: &Path) -> bool {
-    // A folder named rgb is also what a transforms.json may list images in, or the rgb.txt of TUM RGB-D.
-    let listed_elsewhere = || transforms::recognise(folder) || folder.join("rgb.txt").is_file();
-    folder.join("traj_w_c.txt").is_file() || (folder.join("rgb").is_dir() && !listed_elsewhere())
+    // A folder named rgb is also what a transforms.json or the rgb.txt of TUM RGB-D may list images in, and it may lie
+    // beside the images of a COLMAP model.
+    let has_poses_elsewhere =
+        || transforms::recognise(folder) || folder.join("rgb.txt").is_file() || colmap::recognise(folder);
+    folder.join("traj_w_c.txt").is_file() || (folder.join("rgb").is_dir() && !has_poses_elsewhere())
 }
 
 /// Reads a folder in this layout.

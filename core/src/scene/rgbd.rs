@@ -177,7 +177,7 @@ fn with_cameras(
     for (frame, size) in found.into_iter().zip(sizes) {
         let name = file_name(&frame.path);
         let (w, h) = size.unwrap_or((width, height));
-        let Some(own) = camera.resized(w, h) else {
+        let Some(own) = camera.resized(w, h).filter(|own| own.problem().is_none()) else {
             odd.push(format!("{name} ({w}x{h})"));
             continue;
         };
@@ -231,6 +231,12 @@ fn given_camera(
             file_name(layout.images)
         );
     };
+    if let Some(problem) = camera.problem() {
+        refuse!(
+            path,
+            "does not fit images of {width}x{height} pixels ({problem}); write intrinsics for these images"
+        );
+    }
     if camera != given {
         notes.push(format!(
             "intrinsics.txt is for images of {}x{} pixels and was scaled to {width}x{height}",

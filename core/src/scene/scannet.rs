@@ -37,6 +37,9 @@ const MOST_OFF_CENTER: f32 = 0.15;
 /// Share by which images that were resized may differ in proportions from those of the calibration: 1296x968 is often
 /// resized to 640x480.
 const MOST_STRETCHED: f32 = 0.02;
+/// What to say of `intrinsics.txt` where nothing tells the colour camera.
+const NO_CAMERA: &str = "no such file, and no intrinsic/intrinsic_color.txt; copy that from the scan, or \
+                         write six numbers here: fx fy cx cy width height";
 
 /// Whether a folder looks like this format, complete or not.
 fn recognise(folder: &Path) -> bool {
@@ -72,15 +75,9 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         depths: &folder.join("depth"),
         depth_code: DepthCode::MILLIMETRES,
         depth_camera,
-        default_camera: &|width, height| {
-            match &color {
+        default_camera: &|width, height| match &color {
             Some(color) => color.camera(width, height),
-            None => Err(
-                "no such file, and no intrinsic/intrinsic_color.txt; copy that from the scan, or write six numbers \
-                 here: fx fy cx cy width height"
-                    .to_owned(),
-            ),
-        }
+            None => Err(NO_CAMERA.to_owned()),
         },
         default_camera_note: None,
     };

@@ -8,8 +8,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::error::{refusal, refuse};
-use super::files::file_name;
+use super::error::refuse;
+use super::files::{file_name, paths_in};
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
@@ -51,13 +51,10 @@ fn parse_name(name: &str) -> Option<(u64, Kind)> {
 /// Whether a folder looks like this format, complete or not.
 fn recognise(folder: &Path) -> bool {
     // A folder that cannot be listed is no sequence; opening it says so.
-    std::fs::read_dir(folder).is_ok_and(|mut entries| {
-        entries.any(|entry| {
-            entry.is_ok_and(|entry| {
-                let kind = parse_name(&entry.file_name().to_string_lossy()).map(|(_, kind)| kind);
-                matches!(kind, Some(Kind::Color | Kind::Pose))
-            })
-        })
+    let mut paths = paths_in(folder).unwrap_or_default().into_iter();
+    paths.any(|path| {
+        let parsed = parse_name(&file_name(&path));
+        matches!(parsed, Some((_, Kind::Color | Kind::Pose)))
     })
 }
 
@@ -97,10 +94,8 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
 
 /// The files of each frame by its number.
 fn find_files(folder: &Path) -> Result<BTreeMap<u64, FrameFiles>, SceneError> {
-    let unreadable = |error: std::io::Error| refusal!(folder, "cannot be read: {error}");
     let mut frames: BTreeMap<u64, FrameFiles> = BTreeMap::new();
-    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
-        let path = entry.map_err(unreadable)?.path();
+    for path in paths_in(folder)? {
         let name = file_name(&path);
         let Some((number, kind)) = parse_name(&name) else {
             continue;

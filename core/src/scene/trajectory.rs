@@ -55,7 +55,7 @@ impl Trajectory {
     pub fn read(path: &Path, intrinsics: Option<&Path>) -> Result<Self, SceneError> {
         let given = intrinsics.map(read_intrinsics).transpose()?;
         let text = read_text(path)?;
-        let views = read_views(path, text.trim_start_matches('\u{feff}'))?;
+        let views = read_views(path, &text)?;
         let poses = views.iter().map(|view| view.pose).collect();
         let camera = match given {
             Some(camera) => Some(camera),

@@ -63,9 +63,9 @@ impl Family {
 
     /// What to say of it.
     fn note(&self) -> String {
-        let [fx, fy, cx, cy] = self.1;
+        let &Self(name, [fx, fy, cx, cy], is_distorted) = self;
         let values = format!("fx {fx} fy {fy} cx {cx} cy {cy} at 640x480");
-        match (self.0, self.2) {
+        match (name, is_distorted) {
             ("", _) => format!(
                 "no intrinsics.txt, and no freiburg1, freiburg2 or freiburg3 in the folder's name: taken were the \
                  driver's defaults, {values}"
@@ -101,7 +101,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         },
         depth_camera: None,
         default_camera: &|width, height| {
-            let [fx, fy, cx, cy] = family.1;
+            let &Family(_, [fx, fy, cx, cy], _) = family;
             rgbd::published_camera([fx, fy, cx + 0.5, cy + 0.5], width, height)
         },
         default_camera_note: Some(family.note()),
@@ -183,7 +183,7 @@ fn read_images(folder: &Path, list: &str, outside_files: bool) -> Result<Vec<(f6
     let path = &folder.join(list);
     let text = read_text(path)?;
     let mut images = Vec::new();
-    for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
+    for (line, content) in (1..).zip(text.lines()) {
         let content = content.trim();
         if content.is_empty() || content.starts_with('#') {
             continue;

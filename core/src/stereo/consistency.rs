@@ -45,7 +45,7 @@ pub fn verdicts(
         if own <= 0.0 || !wanted(index) {
             continue;
         }
-        let (x, y) = view.position(index);
+        let (x, y) = view.camera.center_of(index);
         let mut sum = own;
         for ((other, theirs), [there, back]) in others.iter().zip(&warps) {
             let Some((at, expected)) = there.pixel((x, y), own, &other.camera) else {
@@ -57,7 +57,7 @@ pub fn verdicts(
             }
             let ratio = seen / expected;
             if (ratio - 1.0).abs() < tolerance.depth {
-                let Some((u, v, inverse)) = back.apply(other.position(at), seen) else {
+                let Some((u, v, inverse)) = back.apply(other.camera.center_of(at), seen) else {
                     continue;
                 };
                 if (u - x).powi(2) + (v - y).powi(2) < tolerance.pixels.powi(2) {

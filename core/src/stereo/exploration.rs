@@ -78,7 +78,8 @@ pub fn explore(level: &Level, scene: &Scene, frames: &[usize], work: &Work) -> R
     setup.neighbours = neighbours(views, |number| {
         let view = &views[number];
         let own = sure[number].iter().enumerate().filter(|&(_, &own)| own > 0.0);
-        let own: Vec<((f32, f32), f32)> = own.map(|(index, &own)| (view.position(index), own)).collect();
+        let own = own.map(|(index, &own)| (view.camera.center_of(index), own));
+        let own: Vec<((f32, f32), f32)> = own.collect();
         grid(view, PLACES, |x, y| {
             let off = |&((u, v), _): &((f32, f32), f32)| (u - x).powi(2) + (v - y).powi(2);
             let nearest = own.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
@@ -100,7 +101,7 @@ fn sparse_points(frame: &Frame) -> Vec<Vec3> {
     let stride = frame.points.len().div_ceil(MOST_POINTS);
     let points = frame.points.iter().step_by(stride);
     points
-        .map(|point| frame.center() + point.length * frame.ray_direction(point.pixel as usize))
+        .map(|point| frame.place(point.pixel as usize, point.length))
         .collect()
 }
 

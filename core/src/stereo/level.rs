@@ -153,7 +153,8 @@ impl Level {
                 .enumerate()
                 .filter(|(_, seed)| seed.weight > 0.0)
             {
-                let Some((at, inverse)) = warp.pixel(from.position(index), seed.inverse, &view.camera) else {
+                let place = from.camera.center_of(index);
+                let Some((at, inverse)) = warp.pixel(place, seed.inverse, &view.camera) else {
                     continue;
                 };
                 let (nearest, sum, count) = &mut found[at];

@@ -76,10 +76,8 @@ pub fn select(views: &[View], own: usize, points: &[Vec3]) -> Vec<usize> {
 
 /// How well another view shows a point.
 fn worth(view: &View, other: &View, point: Vec3) -> f32 {
-    let Some((x, y)) = other.camera.project(other.local(point)) else {
-        return 0.0;
-    };
-    if !(x >= 0.0 && y >= 0.0 && x < other.camera.width as f32 && y < other.camera.height as f32) {
+    let shown = other.camera.project(other.local(point));
+    if shown.is_none_or(|(x, y)| !other.camera.contains(x, y)) {
         return 0.0;
     }
     let (own, others) = (point - view.center, point - other.center);

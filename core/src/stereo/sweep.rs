@@ -232,7 +232,7 @@ dispatched! {
 #[inline(always)]
 fn sum_row_on<U: VectorUnit>(_: U, reference: &[f32], slot: usize, rows: &mut Rows) {
     let count = rows.quads.len();
-    let (scale, offset) = View::luma_scale();
+    let (scale, offset) = View::LUMA;
     {
         let quads = &rows.quads[..count];
         let (right, below) = (&rows.right[..count], &rows.below[..count]);

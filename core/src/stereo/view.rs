@@ -45,12 +45,14 @@ impl View {
         self.valid.as_ref().is_none_or(|valid| valid[index])
     }
 
+    /// Scale and offset from 64ths, as those in [quads](Self::quads), to luma in 8-bit steps around zero.
+    pub const LUMA: (f32, f32) = (1.0 / STEPS, -128.0);
+
     /// Luma of the pixels in 8-bit steps, around zero.
     pub fn luma(&self) -> Vec<f32> {
-        self.grey
-            .iter()
-            .map(|&grey| f32::from(grey) / STEPS - 128.0)
-            .collect()
+        let (scale, offset) = Self::LUMA;
+        let grey = self.grey.iter();
+        grey.map(|&grey| f32::from(grey) * scale + offset).collect()
     }
 
     /// The luma of each pixel, of the one to its right, of the one below and of the one below that, 16 bits each from
@@ -66,17 +68,6 @@ impl View {
             shifted.fold(0, |quad, (&at, shift)| quad | u64::from(self.grey[at]) << shift)
         };
         (0..self.grey.len()).map(quad).collect()
-    }
-
-    /// Luma in 8-bit steps, around zero, of what is interpolated of [quads](Self::quads).
-    pub const fn luma_scale() -> (f32, f32) {
-        (1.0 / STEPS, -128.0)
-    }
-
-    /// Image position of a pixel's centre.
-    pub fn position(&self, index: usize) -> (f32, f32) {
-        let width = self.camera.width as usize;
-        ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5)
     }
 
     /// World position of an image position at an inverse z-depth, per metre.
@@ -132,7 +123,7 @@ impl Warp {
     /// Row-major index of the other view's pixel, and the inverse z-depth there; `None` outside of its image.
     pub fn pixel(&self, at: (f32, f32), inverse: f32, camera: &Camera) -> Option<(usize, f32)> {
         let (x, y, inverse) = self.apply(at, inverse)?;
-        let inside = x >= 0.0 && y >= 0.0 && x < camera.width as f32 && y < camera.height as f32;
+        let inside = camera.contains(x, y);
         inside.then(|| (y as usize * camera.width as usize + x as usize, inverse))
     }
 }

@@ -89,9 +89,11 @@ impl HeldOutPixels {
             }
         }
         let median = |part: fn(&(f32, f32)) -> f32| median(errors.iter().map(part).collect());
+        // A clamp leaves what is not a number, which is a collapse, as it is.
+        let error = (squared / rendered.len() as f32).clamp(1e-10, f32::INFINITY);
         let close = errors.iter().filter(|(_, relative)| *relative <= 0.1).count();
         (!rendered.is_empty()).then(|| HeldOut {
-            psnr: -10.0 * (squared / rendered.len() as f32).max(1e-10).log10(),
+            psnr: -10.0 * error.log10(),
             depth_error: median(|(error, _)| *error),
             relative_depth_error: median(|(_, relative)| *relative),
             within_tenth: (!errors.is_empty()).then(|| close as f32 / errors.len() as f32),

@@ -1,8 +1,9 @@
 use candle_core::DType;
 
 use super::*;
+use crate::field::RenderedRay;
 use crate::field::kernels::Dispatch;
-use crate::scene::testing::{wall, without_depth};
+use crate::scene::testing::{hide, wall, without_depth};
 use crate::scene::{OpenOptions, SceneSource};
 
 const PLAIN: Backend = Backend::Plain(Device::Cpu);
@@ -101,6 +102,28 @@ fn steps_that_are_not_finite_change_nothing_and_are_undone_when_they_repeat() {
     assert_eq!((trainer.skipped(), trainer.undone()), (u64::from(PATIENCE), 1));
     let values: Vec<f32> = weights.to_vec1().unwrap();
     assert!(values.iter().all(|value| value.is_finite()));
+}
+
+#[test]
+fn the_error_of_colours_that_are_no_numbers_is_none() {
+    let scene = wall(9, 24, 18);
+    let (held_out, _) = HeldOutPixels::split(&scene, 3);
+    let broken = RenderedRay {
+        color: glam::Vec3::NAN,
+        ..RenderedRay::default()
+    };
+    let rendered = vec![broken; held_out.rays(&scene).len()];
+    assert!(held_out.error(&rendered, &scene).unwrap().psnr.is_nan());
+}
+
+#[test]
+fn a_batch_whose_pixels_are_all_hidden_spoils_nothing() {
+    let mut scene = wall(3, 24, 18);
+    scene.frames.iter_mut().for_each(|frame| hide(frame, |_| true));
+    let preset = (Preset::Fast, 1.0);
+    let mut trainer = Trainer::on(&PLAIN, Arc::new(scene), preset, Recipe::default(), 3).unwrap();
+    trainer.step().unwrap();
+    assert!(trainer.samples_per_ray().is_finite());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::model::{
-    Model, ModelCamera, ModelImage, ModelPoint, Observation, Readers, add_camera, parameters_of,
+    Model, ModelCamera, ModelImage, ModelPoint, Observation, Readers, add_camera, model_numbered,
 };
 use crate::scene::SceneError;
 use crate::scene::error::refusal;
@@ -20,9 +20,9 @@ fn read_cameras(path: &Path, bytes: &[u8], model: &mut Model) -> Result<(), Scen
     let mut file = Records::new(path, bytes, "camera", 24)?;
     while file.next() {
         let id = file.u32()?;
-        let kind = i64::from(file.u32()? as i32);
+        let kind = model_numbered(path, id, file.u32()? as i32)?;
         let size = [file.u64()?, file.u64()?];
-        let parameters = (0..parameters_of(path, id, kind)?)
+        let parameters = (0..kind.1)
             .map(|_| file.f64())
             .collect::<Result<Vec<f64>, SceneError>>()?;
         let camera = ModelCamera::new(path, id, kind, size, &parameters)?;

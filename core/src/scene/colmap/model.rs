@@ -114,27 +114,25 @@ impl Model {
     }
 }
 
-/// Number of the parameters of a camera model, or a refusal that names the camera.
-pub(super) fn parameters_of(file: &Path, camera: u32, model: i64) -> Result<usize, SceneError> {
-    let known = usize::try_from(model)
-        .ok()
-        .and_then(|model| CAMERA_MODELS.get(model));
-    match known {
+/// A camera model that can be used: its name and the number of its parameters.
+pub(super) type CameraModel = (&'static str, usize);
+
+/// The camera model with this number, or a refusal that names the camera.
+pub(super) fn model_numbered(file: &Path, camera: u32, number: i32) -> Result<CameraModel, SceneError> {
+    let known = usize::try_from(number).ok();
+    match known.and_then(|number| CAMERA_MODELS.get(number)) {
+        Some(&(name, Some(count))) => Ok((name, count)),
         Some(&(name, None)) => Err(refused(file, camera, name)),
-        Some(&(_, Some(count))) => Ok(count),
-        None => Err(refused(file, camera, &format!("number {model}"))),
+        None => Err(refused(file, camera, &format!("number {number}"))),
     }
 }
 
-/// The number of a camera model by its name, or a refusal that names the camera.
-pub(super) fn model_named(file: &Path, camera: u32, name: &str) -> Result<i64, SceneError> {
-    let known = CAMERA_MODELS
-        .iter()
-        .position(|(known, count)| *known == name && count.is_some());
-    // At most a dozen models.
-    known
-        .map(|model| model as i64)
-        .ok_or_else(|| refused(file, camera, name))
+/// The camera model of this name, or a refusal that names the camera.
+pub(super) fn model_named(file: &Path, camera: u32, name: &str) -> Result<CameraModel, SceneError> {
+    match CAMERA_MODELS.iter().find(|(known, _)| *known == name) {
+        Some(&(name, Some(count))) => Ok((name, count)),
+        _ => Err(refused(file, camera, name)),
+    }
 }
 
 fn refused(file: &Path, camera: u32, model: &str) -> SceneError {
@@ -150,14 +148,14 @@ fn refused(file: &Path, camera: u32, model: &str) -> SceneError {
 }
 
 impl ModelCamera {
-    /// A camera from its parameters, as many as [`parameters_of`] says.
+    /// A camera of this model from its parameters.
     ///
     /// # Errors
-    /// An unusable model or value: a sentence that names the camera.
+    /// Another number of parameters or an unusable value: a sentence that names the camera.
     pub fn new(
         file: &Path,
         id: u32,
-        model: i64,
+        (model, expected): CameraModel,
         size: [u64; 2],
         parameters: &[f64],
     ) -> Result<Self, SceneError> {
@@ -167,24 +165,23 @@ impl ModelCamera {
                 "camera {id} cannot be used: {reason}; copy the model again, or calibrate anew"
             )
         };
-        let expected = parameters_of(file, id, model)?;
         let (intrinsics, distortion) = match (model, parameters) {
-            (0, &[f, cx, cy]) => ([f, f, cx, cy], Distortion::default()),
-            (1, &[fx, fy, cx, cy]) => ([fx, fy, cx, cy], Distortion::default()),
-            (2, &[f, cx, cy, k]) => ([f, f, cx, cy], Distortion::opencv([k])),
-            (3, &[f, cx, cy, k1, k2]) => ([f, f, cx, cy], Distortion::opencv([k1, k2])),
-            (4, &[fx, fy, cx, cy, k1, k2, p1, p2]) => {
+            ("SIMPLE_PINHOLE", &[f, cx, cy]) => ([f, f, cx, cy], Distortion::default()),
+            ("PINHOLE", &[fx, fy, cx, cy]) => ([fx, fy, cx, cy], Distortion::default()),
+            ("SIMPLE_RADIAL", &[f, cx, cy, k]) => ([f, f, cx, cy], Distortion::opencv([k])),
+            ("RADIAL", &[f, cx, cy, k1, k2]) => ([f, f, cx, cy], Distortion::opencv([k1, k2])),
+            ("OPENCV", &[fx, fy, cx, cy, k1, k2, p1, p2]) => {
                 ([fx, fy, cx, cy], Distortion::opencv([k1, k2, p1, p2]))
             }
-            (5, &[fx, fy, cx, cy, k1, k2, k3, k4]) => {
+            ("OPENCV_FISHEYE", &[fx, fy, cx, cy, k1, k2, k3, k4]) => {
                 ([fx, fy, cx, cy], Distortion::fisheye([k1, k2, k3, k4]))
             }
-            (6, &[fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6]) => {
+            ("FULL_OPENCV", &[fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6]) => {
                 let distortion = Distortion::opencv([k1, k2, p1, p2, k3, k4, k5, k6]);
                 ([fx, fy, cx, cy], distortion)
             }
-            (8, &[f, cx, cy, k]) => ([f, f, cx, cy], Distortion::fisheye([k])),
-            (9, &[f, cx, cy, k1, k2]) => ([f, f, cx, cy], Distortion::fisheye([k1, k2])),
+            ("SIMPLE_RADIAL_FISHEYE", &[f, cx, cy, k]) => ([f, f, cx, cy], Distortion::fisheye([k])),
+            ("RADIAL_FISHEYE", &[f, cx, cy, k1, k2]) => ([f, f, cx, cy], Distortion::fisheye([k1, k2])),
             _ => {
                 let count = parameters.len();
                 return Err(unusable(format!(
@@ -192,13 +189,8 @@ impl ModelCamera {
                 )));
             }
         };
-        let (lens, pinhole) =
-            Lens::checked(size, intrinsics, distortion).map_err(|error| unusable(error.to_string()))?;
-        Ok(Self {
-            model: CAMERA_MODELS[model as usize].0,
-            lens,
-            pinhole,
-        })
+        let (lens, pinhole) = Lens::checked(size, intrinsics, distortion).map_err(unusable)?;
+        Ok(Self { model, lens, pinhole })
     }
 }
 

@@ -208,7 +208,7 @@ fn frames_and_points_lie_where_the_model_says_whichever_way_it_is_written() {
                 for point in &frame.points {
                     assert!(point.error < 1e-3);
                     depths.push(point.length);
-                    let seen = frame.center() + point.length * frame.ray_direction(point.pixel as usize);
+                    let seen = frame.place(point.pixel as usize, point.length);
                     // A ray goes through the centre of a pixel, up to 0.71 pixels from the point.
                     let pixel = 0.75 * point.length / frame.camera.fx;
                     let nearest = fixture
@@ -268,7 +268,7 @@ fn the_box_is_around_the_points_and_no_depth_means_no_points() {
     let bounds = scene.bounds();
     for frame in &scene.frames {
         for point in &frame.points {
-            let place = frame.center() + point.length * frame.ray_direction(point.pixel as usize);
+            let place = frame.place(point.pixel as usize, point.length);
             assert!(place.cmpge(bounds.min).all() && place.cmple(bounds.max).all());
         }
     }
@@ -342,6 +342,13 @@ remove images                | refused | images & 3 of the model's 3 & no such f
 #[test]
 fn faults_are_warned_of_where_they_are_few_and_refused_by_the_file_otherwise() {
     check_changes(plain, change_files, CHANGES);
+}
+
+#[test]
+fn a_folder_named_rgb_beside_the_images_does_not_make_it_a_replica() {
+    let (_root, folder) = plain();
+    fs::create_dir(folder.join("rgb")).unwrap();
+    assert_eq!(opened(&folder).format, FORMAT.name);
 }
 
 #[test]

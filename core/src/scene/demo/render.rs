@@ -61,7 +61,7 @@ impl View<'_> {
 
     /// First surface at the centre of a pixel.
     pub fn hit(&self, index: usize) -> Hit {
-        let (x, y) = self.center(index);
+        let (x, y) = self.camera.center_of(index);
         self.cast(x, y).0
     }
 
@@ -74,18 +74,13 @@ impl View<'_> {
     pub fn objects(&self) -> Vec<(ClassId, u16)> {
         (0..self.camera.pixels())
             .map(|index| {
-                let (x, y) = self.center(index);
+                let (x, y) = self.camera.center_of(index);
                 let (hit, direction) = self.cast(x, y);
                 let point = self.eye() + hit.distance * direction;
                 let object = self.caster.solids[hit.solid].object;
                 (self.caster.class(hit.solid, point), object)
             })
             .collect()
-    }
-
-    fn center(&self, index: usize) -> (f32, f32) {
-        let width = self.camera.width as usize;
-        ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5)
     }
 
     /// Follows a ray by way of mirrors and through glass.
@@ -139,7 +134,7 @@ impl View<'_> {
     pub fn render(&self, light: &LightMap) -> (Vec<u8>, Vec<f32>) {
         let (shades, lengths): (Vec<Shade>, Vec<f32>) = (0..self.camera.pixels())
             .map(|index| {
-                let (x, y) = self.center(index);
+                let (x, y) = self.camera.center_of(index);
                 self.shade(light, x, y)
             })
             .unzip();
@@ -147,7 +142,7 @@ impl View<'_> {
         for (index, shade) in shades.iter().enumerate() {
             let mut color = shade.color;
             if self.is_edge(&shades, index) {
-                let (x, y) = self.center(index);
+                let (x, y) = self.camera.center_of(index);
                 for (dx, dy) in SUBPIXELS {
                     color += self.shade(light, x + dx, y + dy).0.color;
                 }

@@ -50,7 +50,7 @@ fn seen_twice((from, classes): (&Frame, &[ClassId]), (to, others): (&Frame, &[Cl
     let [mut shared, mut same_depth, mut same_class] = [0; 3];
     for index in (0..from.camera.pixels()).step_by(7) {
         let length = from.depth().unwrap().ray_length(index).unwrap();
-        let point = from.center() + length * from.ray_direction(index);
+        let point = from.place(index, length);
         let Some((x, y, length)) = to.project(point) else {
             continue;
         };
@@ -221,7 +221,7 @@ fn depth_goes_on_beyond_glass_and_behind_a_mirror() {
                 assert!(length > surface, "{optics:?} {length} {surface}");
                 if optics == Optics::Mirror {
                     // The room behind the wall is that in front of it, mirrored at x = 2 cm.
-                    let point = frame.center() + length * frame.ray_direction(pixel);
+                    let point = frame.place(pixel, length);
                     assert!((-4.97..0.05).contains(&point.x), "{point}");
                 }
             }

@@ -6,6 +6,7 @@ use image::{ColorType, ExtendedColorType};
 use tempfile::TempDir;
 
 use super::*;
+use crate::scene::files::dimensions;
 use crate::scene::testing::{orientation_metadata, sideways_jpeg, wall, write_file};
 
 /// Three pixels of a palette: opaque, of alpha 0, half transparent.
@@ -110,6 +111,22 @@ fn an_orientation_is_ignored_unless_the_given_size_is_that_of_the_turned_image()
         frame.path = path;
         assert_eq!(original_colors(&frame).unwrap(), color.bytes());
     }
+}
+
+#[test]
+fn a_size_in_a_header_does_not_count_where_the_file_is_too_short_for_it() {
+    let files = tempfile::tempdir().unwrap();
+    let mut jpeg = sideways_jpeg(1);
+    let path = write_file(&files, "whole.jpg", &jpeg);
+    assert_eq!(dimensions(&path).unwrap(), (32, 16));
+    // The start of a frame: marker, length, bits a channel, height and width.
+    let start = jpeg.windows(2).position(|pair| pair == [0xFF, 0xC0]).unwrap();
+    jpeg[start + 5..start + 9].copy_from_slice(&[0x20, 0, 0x20, 0]);
+    let size = dimensions(&write_file(&files, "huge.jpg", &jpeg));
+    assert!(
+        matches!(size, Err(ImageError::Truncated(_, 8192, 8192))),
+        "{size:?}"
+    );
 }
 
 /// What readers that turn images find in the bytes, and what those that do not find.

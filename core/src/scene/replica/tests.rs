@@ -179,6 +179,7 @@ rgb8 rgb/other_3.png 8x6                     | refused | _3.png & same number
 intrinsics.txt = 7 7 4 3 16 16               | refused | intrinsics.txt & 16x16 pixels, but those in rgb/ have 8x6
 intrinsics.txt = 0 7 4 3 8 6                 | refused | intrinsics.txt & focal length
 intrinsics.txt = nan 7 4 3 8 6               | refused | intrinsics.txt & finite
+intrinsics.txt = 3e38 7 2 1.5 4 3            | refused | intrinsics.txt & 8x6 & finite
 intrinsics.txt = 7 7 0 0 8 6                 | refused | intrinsics.txt & principal point
 intrinsics.txt = 7 7 4 3                     | refused | intrinsics.txt & 4 numbers
 intrinsics.txt = 7 7 4 3 0 0                 | refused | intrinsics.txt & image size

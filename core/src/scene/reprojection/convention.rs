@@ -93,8 +93,8 @@ impl Convention {
 
     /// Focal lengths and principal point of a camera, in pixels along x and y.
     fn intrinsics(&self, camera: &Camera) -> (DVec2, DVec2) {
-        let focal = self.focal * DVec2::new(f64::from(camera.fx), f64::from(camera.fy));
-        (focal, DVec2::new(f64::from(camera.cx), f64::from(camera.cy)))
+        let (focal, centre) = camera.intrinsics();
+        (self.focal * focal, centre)
     }
 
     /// The direction through a position in a frame's image, in pixels, in camera axes with z = 1.
@@ -276,14 +276,10 @@ impl View<'_> {
             let Some(length) = corner.lengths[from] else {
                 continue;
             };
-            let ray = self
-                .convention
-                .direction(&self.frames[from].camera, corner.places[from]);
+            let (camera, place) = (&self.frames[from].camera, corner.places[from]);
+            let ray = self.convention.direction(camera, place);
             // Depth on disk is along z, so that another focal length leaves that alone.
-            let z = length
-                / Convention::AS_READ
-                    .direction(&self.frames[from].camera, corner.places[from])
-                    .length();
+            let z = length / Convention::AS_READ.direction(camera, place).length();
             let point = motion.transform_point3(self.convention.depth * z * ray);
             if point.z <= 0.0 {
                 return None;

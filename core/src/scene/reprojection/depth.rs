@@ -64,10 +64,8 @@ fn compare(a: &Frame, b: &Frame) -> Vec<Seen> {
         return Vec::new();
     };
     let (own, other) = (a.color(), b.color());
-    let stride = (depth.len() / PIXELS).max(1) | 1;
-    let seen = (0..depth.len()).step_by(stride).filter_map(|index| {
-        let point = a.center() + depth.ray_length(index)? * a.ray_direction(index);
-        let (x, y, length) = b.project(point)?;
+    let seen = depth.sampled(PIXELS).filter_map(|(index, length)| {
+        let (x, y, length) = b.project(a.place(index, length))?;
         let pixel = y as usize * b.camera.width as usize + x as usize;
         let difference = f64::from((measured.ray_length(pixel)? - length) / length);
         Some(Seen {

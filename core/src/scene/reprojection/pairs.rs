@@ -130,10 +130,7 @@ fn extent(scene: &Scene) -> f64 {
 /// About a hundred known ray lengths of a frame, in metres.
 fn sampled_lengths(frame: &Frame) -> Vec<f32> {
     match frame.depth() {
-        Some(depth) => (0..depth.len())
-            .step_by((depth.len() / 100).max(1) | 1)
-            .filter_map(|index| depth.ray_length(index))
-            .collect(),
+        Some(depth) => depth.sampled(100).map(|(_, length)| length).collect(),
         None => frame
             .points
             .iter()

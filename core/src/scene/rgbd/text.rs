@@ -76,16 +76,22 @@ pub(in crate::scene) fn read_numbers(path: &Path) -> Result<Vec<f64>, SceneError
     Ok(lines.into_iter().flat_map(|(_, values)| values).collect())
 }
 
-/// The text of a file.
+/// The text of a file, without the byte order mark that some editors save before it.
 pub(in crate::scene) fn read_text(path: &Path) -> Result<String, SceneError> {
-    std::fs::read_to_string(path).map_err(|error| refusal!(path, "cannot be read as text: {error}"))
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        refusal!(
+            path,
+            "cannot be read as text ({error}); check that it is there, and save it as plain text in UTF-8"
+        )
+    })?;
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
 /// The numbers of each line of the file at `path` that has any, with its number from 1; lines that start with # do
 /// not count.
 pub(in crate::scene) fn parse_numbers(path: &Path, text: &str) -> Result<Vec<(usize, Vec<f64>)>, SceneError> {
     let mut lines = Vec::new();
-    for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
+    for (line, content) in (1..).zip(text.lines()) {
         if content.trim_start().starts_with('#') {
             continue;
         }

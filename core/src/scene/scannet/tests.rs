@@ -113,6 +113,7 @@ pose/{2,10,1005}.txt = INF               | 3 | tracking was lost (3 in all) & 2.
 pose/{0,2,10,1005}.txt = INF             | refused | pose & 4 of 6 poses & 0.txt
 pose/20.txt = 1 0 0 0\n0 1 0\n           | refused | 20.txt & line 2 has 3 numbers
 remove pose/100.txt                      | 5 | no file in pose/ & (1 in all) & 100.jpg
+remove pose                              | refused | pose: cannot be read & check that it is there
 remove color/2.jpg                       | 5 | (1 in all) & 2.txt
 remove pose/{0,2,10,20}.txt              | refused | 4 images in color/ & 0.jpg
 remove color/{0,2,10,20,100,1005}.jpg    | refused | color & holds no JPEG

@@ -42,7 +42,7 @@ fn a_sequence_is_read_with_its_poses_depths_and_intrinsics() {
     assert_eq!((depth.ray_length(0), depth.ray_length(1)), (None, None));
     // Two metres along z wherever the pixel is: the wall is at x = 2.3.
     for index in [2, 20, 47] {
-        let point = frame.center() + depth.ray_length(index).unwrap() * frame.ray_direction(index);
+        let point = frame.place(index, depth.ray_length(index).unwrap());
         assert!((point.x - 2.3).abs() < 1e-3, "{point}");
     }
     // The published intrinsics are a note, and a file goes before them.

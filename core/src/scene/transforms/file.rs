@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use crate::scene::camera::rigid;
 use crate::scene::error::{LAST_ROW, refusal, refuse};
+use crate::scene::files::cannot_read;
 use crate::scene::{Camera, Distortion, Lens, SceneError};
 
 /// The camera models whose images are those of a pinhole camera up to k1, k2, p1 and p2.
@@ -84,7 +85,7 @@ impl Transforms {
     /// # Errors
     /// It cannot be read, is no such JSON, lists no frames or has an unusable step of depth.
     pub fn read(file: &Path) -> Result<Self, SceneError> {
-        let bytes = std::fs::read(file).map_err(|error| refusal!(file, "cannot be read: {error}"))?;
+        let bytes = std::fs::read(file).map_err(|error| cannot_read(file, error))?;
         Self::parse(file, &bytes)
     }
 
@@ -93,7 +94,9 @@ impl Transforms {
     /// # Errors
     /// As for [`Transforms::read`].
     pub fn parse(file: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
-        let transforms: Self = serde_json::from_slice(bytes).map_err(|error| {
+        // Some editors save the text with a byte order mark.
+        let text = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+        let transforms: Self = serde_json::from_slice(text).map_err(|error| {
             refusal!(
                 file,
                 "is not a list of posed images ({error}); write the file anew"

@@ -122,6 +122,15 @@ fn frames_are_posed_and_named_in_the_order_of_their_paths() {
 }
 
 #[test]
+fn a_byte_order_mark_before_the_text_changes_nothing() {
+    let (_root, folder) = capture();
+    let path = folder.join("transforms.json");
+    let marked = format!("\u{feff}{}", fs::read_to_string(&path).unwrap());
+    fs::write(&path, marked).unwrap();
+    assert_eq!(opened(&folder).frames.len(), 3);
+}
+
+#[test]
 fn the_camera_is_given_by_lengths_or_angles_and_a_frames_own_comes_first() {
     let of_wall = wall(1, WIDTH, HEIGHT).frames[0].camera;
     assert_eq!(camera_with(&[("fl_x", 16.0)]), of_wall);

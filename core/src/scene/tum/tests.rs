@@ -63,7 +63,7 @@ fn a_sequence_is_read_with_the_poses_and_depths_of_its_times() {
     assert_eq!(depth.ray_length(0), None);
     // 10,003 steps along z wherever the pixel is.
     for index in [2, 20, 47] {
-        let point = frame.center() + depth.ray_length(index).unwrap() * frame.ray_direction(index);
+        let point = frame.place(index, depth.ray_length(index).unwrap());
         assert!((point.x - 0.3 - 2.0006).abs() < 1e-4, "{point}");
     }
 }

@@ -306,11 +306,8 @@ impl Adjustment {
         let count = UNKNOWNS * self.poses.len();
         let (mut residual, mut diagonal) = (vec![0.0; count], vec![PRIOR; count]);
         for (number, pose) in self.poses.iter().enumerate() {
-            add(
-                &mut residual[UNKNOWNS * number..],
-                &self.offset(number, pose),
-                -PRIOR,
-            );
+            let offset = self.offset(number, pose);
+            add(&mut residual[UNKNOWNS * number..], &offset, -PRIOR);
         }
         for (star, equations) in self.stars.iter().zip(equations) {
             for (own, view) in star.views.iter().enumerate() {
@@ -391,11 +388,8 @@ impl Equations {
         let side = self.gradient.len();
         let [top, left] = views.map(|view| UNKNOWNS * view);
         for (line, value) in row.iter().enumerate() {
-            add(
-                &mut self.hessian[(top + line) * side + left..],
-                column,
-                factor * value,
-            );
+            let sums = &mut self.hessian[(top + line) * side + left..];
+            add(sums, column, factor * value);
         }
     }
 }

@@ -177,20 +177,12 @@ impl Segment {
 
 /// The direction through an image position, in camera axes, with z = 1.
 pub fn direction(camera: &Camera, place: DVec2) -> DVec3 {
-    DVec3::new(
-        (place.x - f64::from(camera.cx)) / f64::from(camera.fx),
-        (place.y - f64::from(camera.cy)) / f64::from(camera.fy),
-        1.0,
-    )
+    let (focal, center) = camera.intrinsics();
+    ((place - center) / focal).extend(1.0)
 }
 
 /// Image position of a direction in camera axes; `None` behind the camera.
 pub fn project(camera: &Camera, direction: DVec3) -> Option<DVec2> {
-    let at = direction.truncate() / direction.z;
-    (direction.z > 1e-6).then(|| {
-        DVec2::new(
-            f64::from(camera.fx) * at.x + f64::from(camera.cx),
-            f64::from(camera.fy) * at.y + f64::from(camera.cy),
-        )
-    })
+    let (focal, center) = camera.intrinsics();
+    (direction.z > 1e-6).then(|| focal * (direction.truncate() / direction.z) + center)
 }
