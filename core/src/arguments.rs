@@ -108,8 +108,8 @@ pub fn number<T: FromStr>(
 /// # Errors
 /// Anything else.
 pub fn seconds(text: &str) -> Result<f64, Wanted> {
-    let fits = |seconds: &f64| seconds.is_finite() && *seconds > 0.0;
-    number(text, fits, "give a number of seconds above zero")
+    let fits = |seconds: &f64| *seconds > 0.0 && *seconds < 1e9;
+    number(text, fits, "give a number of seconds above zero and below 1e9")
 }
 
 fn network_file(path: &str) -> Result<PathBuf, FeatureError> {

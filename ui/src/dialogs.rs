@@ -137,7 +137,7 @@ fn open(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
     });
 }
 
-/// Asks for a file to write, which gets an extension where it has none: the classes, or else the project.
+/// Asks for a file to write: the classes, or else the project.
 fn save(ui: &mut Ui, path: &mut String, purpose: Purpose, commands: &mut Commands) {
     let is_project = purpose != Purpose::SaveClasses;
     let [about, field, extension] = if is_project { PROJECT_FILE } else { CLASS_FILE };
@@ -146,16 +146,27 @@ fn save(ui: &mut Ui, path: &mut String, purpose: Purpose, commands: &mut Command
     browse(ui, "Browse...", purpose, commands);
     let path = path.trim();
     confirm(ui, "Save", !path.is_empty(), entered, commands, || {
-        let mut file = PathBuf::from(path);
-        if file.extension().is_none() {
-            file.set_extension(extension);
-        }
+        let file = with_extension(path, extension);
         if is_project {
             Command::SaveTo(file)
         } else {
             Command::SaveClassesTo(file)
         }
     });
+}
+
+/// The file at a path, whose name gets this extension where it ends otherwise: "room 1.2" has none.
+fn with_extension(path: &str, extension: &str) -> PathBuf {
+    let mut file = PathBuf::from(path);
+    let own = file.extension();
+    if !own.is_some_and(|own| own.eq_ignore_ascii_case(extension))
+        && let Some(name) = file.file_name()
+    {
+        let mut name = name.to_owned();
+        name.push(format!(".{extension}"));
+        file.set_file_name(name);
+    }
+    file
 }
 
 fn first_class(ui: &mut Ui, name: &mut String, commands: &mut Commands) {
@@ -278,4 +289,22 @@ fn question(project: &Path, missing: &Path) -> String {
         "{name} labels a scene that is no longer at {}.",
         missing.display()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_gets_its_extension_unless_its_name_ends_so() {
+        let files = [
+            ("room", "room.inplace"),
+            ("a/room 1.2", "a/room 1.2.inplace"),
+            ("room.Inplace", "room.Inplace"),
+            ("folder/", "folder.inplace"),
+        ];
+        for (path, file) in files {
+            assert_eq!(with_extension(path, "inplace"), PathBuf::from(file));
+        }
+    }
 }

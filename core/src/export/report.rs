@@ -23,7 +23,7 @@ pub struct Report {
     pub strokes: usize,
     /// Number of imported label images that the maps were made from beside the strokes.
     pub imported_images: usize,
-    /// How far those were trusted, from 0 to 1, where their pixels are right as strokes are.
+    /// How far those were trusted, from 0 to 1; at 1 their pixels are right, as those of strokes are.
     pub imported_trust: Option<f32>,
     /// How much the field was allowed to model.
     pub preset: Preset,
