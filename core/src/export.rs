@@ -40,7 +40,6 @@ pub use error::ExportError;
 use error::Refusal;
 pub use format::{Format, export};
 pub use ids::IdMap;
-use inputs::withdraw_report;
 pub use inputs::{Inputs, digest, finished};
 pub use layout::{LabelledScene, Written};
 pub use memory::{peak_memory, resident_memory, total_memory};
@@ -84,6 +83,18 @@ pub fn prepare(folder: &Path, inner: &[&str]) -> Result<(), ExportError> {
         atomic::prepare(&folder).map_err(|error| ExportError::unwritable(&folder, error))?;
     }
     Ok(())
+}
+
+/// Removes a file of an earlier export that must not stand beside those of this one; returns whether it was there.
+///
+/// # Errors
+/// [`ExportError::Unwritable`].
+fn remove(path: &Path) -> Result<bool, ExportError> {
+    match std::fs::remove_file(path) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(ExportError::unwritable(path, error)),
+    }
 }
 
 /// Writes `report.json` into an export's folder.

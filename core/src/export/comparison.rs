@@ -149,16 +149,12 @@ impl ClassMatching {
     }
 
     fn agreement(self, frames: usize, counts: &[u64]) -> Agreement {
-        let all = 0..self.names.len();
-        let sum = |counts_in: &dyn Fn(usize, usize) -> bool| -> u64 {
-            let pairs = all.clone().flat_map(|a| all.clone().map(move |b| (a, b)));
-            let chosen = pairs.filter(|&(a, b)| counts_in(a, b));
-            chosen.map(|(a, b)| counts[a * self.names.len() + b]).sum()
-        };
-        let classes = all.clone().skip(1).map(|class| {
-            let first = sum(&|a, b| a == class && b > 0);
-            let second = sum(&|a, b| a > 0 && b == class);
-            let both = counts[class * self.names.len() + class];
+        let listed = 1..self.names.len();
+        let count = |first: usize, second: usize| counts[first * self.names.len() + second];
+        let classes = listed.clone().map(|class| {
+            let first: u64 = listed.clone().map(|other| count(class, other)).sum();
+            let second: u64 = listed.clone().map(|other| count(other, class)).sum();
+            let both = count(class, class);
             ClassAgreement {
                 name: self.names[class].clone(),
                 first,
@@ -168,7 +164,7 @@ impl ClassMatching {
             }
         });
         let classes: Vec<_> = classes.filter(|class| class.first + class.second > 0).collect();
-        let compared = sum(&|a, b| a > 0 && b > 0);
+        let compared: u64 = classes.iter().map(|class| class.first).sum();
         let of_compared = |pixels: f64| (compared > 0).then(|| pixels / compared as f64);
         let agreement = of_compared(classes.iter().map(|class| class.both as f64).sum());
         let chance = classes

@@ -83,18 +83,6 @@ fn images(folder: &Path) -> usize {
     fs::read_dir(folder).map_or(0, |entries| entries.flatten().filter(is_image).count())
 }
 
-/// Removes the report of an earlier run before its files are replaced, so that no report stands beside files of two runs.
-///
-/// # Errors
-/// [`ExportError::Unwritable`].
-pub(super) fn withdraw_report(folder: &Path) -> Result<(), ExportError> {
-    let path = folder.join(REPORT);
-    match fs::remove_file(&path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(ExportError::unwritable(&path, error)),
-        _ => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,8 +139,8 @@ mod tests {
             change(&mut other);
             assert!(!is_finished("1", &other), "{other:?}");
         }
-        withdraw_report(folder.path()).unwrap();
-        withdraw_report(folder.path()).unwrap();
+        let withdraw = || super::super::remove(&folder.path().join(REPORT)).unwrap();
+        assert!(withdraw() && !withdraw());
         assert!(!is_finished("1", &inputs()));
         for lost in ["labels/a.png", "entropy/a.png", "color/a.png", "classes.json"] {
             let folder = labelled(&inputs());

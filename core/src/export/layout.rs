@@ -376,10 +376,12 @@ pub(super) fn write<L: Layout>(
     layout.check(classes).map_err(incomplete)?;
     let objects = Objects::of(labelled, &ids);
     super::prepare(folder, L::FOLDERS)?;
-    if objects.is_some() {
-        super::prepare(folder, L::OBJECT_FOLDERS)?;
+    match &objects {
+        Some(_) => super::prepare(folder, L::OBJECT_FOLDERS)?,
+        None => remove_objects(folder, L::OBJECT_FOLDERS, labelled.scene)?,
     }
-    super::withdraw_report(folder)?;
+    // It would be taken for that of a run that has made all of these files.
+    super::remove(&folder.join(super::REPORT))?;
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let write_files = |written: Vec<OutputFile>| {
@@ -425,6 +427,20 @@ pub(super) fn write<L: Layout>(
         files: files.into_inner(),
         unchanged: unchanged.into_inner(),
     })
+}
+
+/// Removes what an earlier export said of objects: whoever reads it beside the new labels believes it before them.
+fn remove_objects(folder: &Path, inner: &[&str], scene: &Scene) -> Result<(), ExportError> {
+    let list = folder.join("objects.json");
+    let places = inner.iter().map(|name| folder.join(name));
+    // One without the other is not ours.
+    for place in places.filter(|place| place.is_dir() && list.is_file()) {
+        for frame in &scene.frames {
+            super::remove(&place.join(format!("{}.png", frame.stem)))?;
+        }
+        super::remove(&list)?;
+    }
+    Ok(())
 }
 
 /// Makes void what is less probable than `least`, 0..=1, by its confidence as in [`FrameMap::confidence`].

@@ -221,4 +221,11 @@ fn objects_that_are_shown_are_listed_with_the_same_numbers_in_all_frames() {
         serde_json::json!(records),
         "what no frame shows is not listed"
     );
+    // Where nothing is known of objects, those of before are none of these labels.
+    let map = |frame| FrameMap::new(frame, 2, [64, 48], vec![9; 64 * 48], vec![0; 64 * 48]).unwrap();
+    let bare = [0, 1, 2].map(|frame| Arc::new(map(frame)));
+    let labelled = labelled_scene(&scene, &labels.classes, &bare);
+    export(root.path(), labelled, Format::Png, &Options::default(), &go_on).unwrap();
+    let left = files(root.path());
+    assert!(left.keys().all(|name| !name.starts_with("objects")), "{:?}", left.keys());
 }

@@ -1,7 +1,5 @@
 //! Views of a labelled scene along a camera path, as a capture in the Replica layout with its labels.
 
-use std::fs;
-use std::io;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -55,7 +53,7 @@ pub fn export_views(
     let ids = options.ids_of(views.classes);
     let folders: Vec<&str> = [&["rgb", "depth"], Pngs::FOLDERS].concat();
     super::prepare(folder, &folders)?;
-    super::withdraw_report(folder)?;
+    super::remove(&folder.join(super::REPORT))?;
     let mut written = Written::default();
     let total = trajectory.poses.len();
     for (number, pose) in trajectory.poses.iter().enumerate() {
@@ -89,11 +87,8 @@ pub fn export_views(
 /// Removes the views from this one on, which an export of a longer path left: with them the folder would be no capture.
 fn remove_from(folder: &Path, first: usize) -> Result<(), ExportError> {
     for number in first.. {
-        let path = folder.join(format!("view_{number}.png"));
-        match fs::remove_file(&path) {
-            Ok(()) => {}
-            Err(error) if error.kind() == io::ErrorKind::NotFound => break,
-            Err(error) => return Err(ExportError::unwritable(&path, error)),
+        if !super::remove(&folder.join(format!("view_{number}.png")))? {
+            break;
         }
     }
     Ok(())
@@ -134,6 +129,7 @@ fn capture(scene: &Scene, trajectory: &Trajectory, camera: &Camera) -> [OutputFi
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
     use std::sync::Arc;
 
     use glam::{DAffine3, Mat3};

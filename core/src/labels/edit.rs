@@ -18,6 +18,14 @@ pub struct StrokeChange {
     pub after: Option<Stroke>,
 }
 
+impl StrokeChange {
+    /// What makes a stroke another one, or takes it away.
+    pub(super) fn of(id: StrokeId, before: &Stroke, after: Option<Stroke>) -> Self {
+        let before = Some(before.clone());
+        Self { id, before, after }
+    }
+}
+
 /// Which label images are in force before and after an edit; [`History::imports`](super::History::imports) has them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ImportChange {

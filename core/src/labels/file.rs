@@ -65,8 +65,9 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
         labels.classes.push(class);
     }
     for object in file.objects {
-        add_object(&mut labels, object)
-            .map_err(|(id, reason)| shown(format_args!("object {} {reason}", id.number())))?;
+        let number = object.id.number();
+        let added = add_object(&mut labels, object);
+        added.map_err(|reason| shown(format_args!("object {number} {reason}")))?;
     }
     for (number, record) in (1..).zip(file.strokes) {
         let (name, class) = (&record.frame, record.class);
@@ -93,8 +94,7 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
                     let name = labels.class(class).map_or("", |class| class.name.as_str());
                     let names = labels.objects.iter().map(|object| object.name.as_str());
                     let name = unused_name(name, names);
-                    let added = add_object(&mut labels, Object { id, class, name });
-                    if let Err((id, reason)) = added {
+                    if let Err(reason) = add_object(&mut labels, Object { id, class, name }) {
                         return refuse(format!("names object {}, which {reason}", id.number()));
                     }
                 }
@@ -133,29 +133,25 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
     Ok(labels)
 }
 
-/// Adds an object to those of a file, or tells what is wrong with it.
-fn add_object(labels: &mut LabelSet, object: Object) -> Result<(), (ObjectId, String)> {
-    let refuse = |reason: &str| Err((object.id, reason.to_owned()));
+/// Adds an object to those of a file, or tells what is wrong with it: part of a sentence.
+fn add_object(labels: &mut LabelSet, object: Object) -> Result<(), String> {
     if labels.object(object.id).is_some() {
-        return refuse("is listed twice; give each object its own id");
+        return Err("is listed twice; give each object its own id".to_owned());
     }
     match labels.class(object.class) {
-        Some(class) if class.thing => {}
-        Some(class) => {
-            return refuse(&format!(
-                "is of class \"{}\", which is stuff; give the class \"thing\": true",
-                class.name
-            ));
+        Some(class) if class.thing => {
+            labels.objects.push(object);
+            Ok(())
         }
-        None => {
-            return refuse(&format!(
-                "is of class {}, which \"classes\" does not list",
-                object.class
-            ));
-        }
+        Some(class) => Err(format!(
+            "is of class \"{}\", which is stuff; give the class \"thing\": true",
+            class.name
+        )),
+        None => Err(format!(
+            "is of class {}, which \"classes\" does not list",
+            object.class
+        )),
     }
-    labels.objects.push(object);
-    Ok(())
 }
 
 /// The labels as the text of a strokes file, in pixels of the frames' images on disk. Strokes on frames that

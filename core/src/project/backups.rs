@@ -98,10 +98,7 @@ impl Backups {
     /// A sentence about the first failure after a success.
     fn judge(&mut self, path: &Path, outcome: Result<(), ProjectError>) -> Option<String> {
         let was_failing = std::mem::replace(&mut self.failing, outcome.is_err());
-        let reason = match outcome.err()? {
-            ProjectError::Unwritable(_, reason) => reason,
-            other => other.to_string(),
-        };
+        let reason = outcome.err()?.reason();
         self.pending = true;
         (!was_failing).then(|| format!("{}: no backup of it could be written: {reason}", path.display()))
     }

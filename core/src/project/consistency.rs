@@ -8,74 +8,52 @@ use super::error::Fault;
 use crate::labels::{Edit, History, LabelSet, Stroke, StrokeId};
 use crate::scene::LARGEST_SIDE;
 
-/// Where labels and edits contradict each other. They do not in a file that was only written here.
-#[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct Doubts {
-    strokes: BTreeSet<StrokeId>,
-    classes: bool,
-    objects: bool,
-    imported: bool,
-    checked: bool,
-}
-
-impl Doubts {
-    /// Compares the labels with those that the edits lead to when all are undone, all redone, and those after the cursor
-    /// undone again.
-    pub(super) fn of(history: &History) -> Self {
-        let mut replayed = history.clone();
-        while replayed.undo().is_some() {}
-        while replayed.redo().is_some() {}
-        let (edits, cursor) = history.edits();
-        for _ in cursor..edits.len() {
-            replayed.undo();
-        }
-        let (own, other) = (history.labels(), replayed.labels());
-        let strokes = own.strokes.keys().chain(other.strokes.keys()).copied();
-        Self {
-            strokes: strokes
-                .filter(|id| own.strokes.get(id) != other.strokes.get(id))
-                .collect(),
-            classes: own.classes != other.classes,
-            objects: own.objects != other.objects,
-            imported: history.imports().1 != replayed.imports().1,
-            checked: own.checked != other.checked,
+/// A warning about the file at `path`, where its labels are not those that its edits lead to when all are undone, all
+/// redone, and those after the cursor undone again. They are in a file that was only written here. `stems` are the names of
+/// its frames.
+pub(super) fn warning(path: &Path, history: &History, stems: &[String]) -> Option<String> {
+    let mut replayed = history.clone();
+    while replayed.undo().is_some() {}
+    while replayed.redo().is_some() {}
+    let (edits, cursor) = history.edits();
+    for _ in cursor..edits.len() {
+        replayed.undo();
+    }
+    let (own, other) = (history.labels(), replayed.labels());
+    let strokes = own.strokes.keys().chain(other.strokes.keys()).copied();
+    let strokes: BTreeSet<StrokeId> = strokes
+        .filter(|id| own.strokes.get(id) != other.strokes.get(id))
+        .collect();
+    let mut parts = Vec::new();
+    if !strokes.is_empty() {
+        let frames = strokes.iter().filter_map(|id| own.strokes.get(id));
+        let stems: BTreeSet<&str> = frames
+            .filter_map(|stroke| stems.get(stroke.frame).map(String::as_str))
+            .collect();
+        let on = match stems.len() {
+            0 => String::new(),
+            _ => format!(" on {}", some_names(stems.iter().copied())),
+        };
+        parts.push(format!("strokes{on} ({})", strokes.len()));
+    }
+    let imports_differ = history.imports().1 != replayed.imports().1;
+    for (differ, what) in [
+        (own.classes != other.classes, "the classes"),
+        (own.objects != other.objects, "the objects"),
+        (imports_differ, "the imported label images"),
+        (own.checked != other.checked, "the frames that are checked"),
+    ] {
+        if differ {
+            parts.push(what.to_owned());
         }
     }
-
-    /// A warning about the file at `path`, where there is a doubt; `stems` are the names of its frames.
-    pub(super) fn warning(&self, path: &Path, labels: &LabelSet, stems: &[String]) -> Option<String> {
-        let mut parts = Vec::new();
-        if !self.strokes.is_empty() {
-            let frames = self.strokes.iter().filter_map(|id| labels.strokes.get(id));
-            let stems: BTreeSet<&str> = frames
-                .filter_map(|stroke| stems.get(stroke.frame).map(String::as_str))
-                .collect();
-            let on = match stems.len() {
-                0 => String::new(),
-                _ => format!(" on {}", some_names(stems.iter().copied())),
-            };
-            parts.push(format!("strokes{on} ({})", self.strokes.len()));
-        }
-        if self.classes {
-            parts.push("the classes".to_owned());
-        }
-        if self.objects {
-            parts.push("the objects".to_owned());
-        }
-        if self.imported {
-            parts.push("the imported label images".to_owned());
-        }
-        if self.checked {
-            parts.push("the frames that are checked".to_owned());
-        }
-        (!parts.is_empty()).then(|| {
-            format!(
-                "{}: differs from its own edit history in {}, so something has changed the file from outside; check them",
-                path.display(),
-                parts.join(" and ")
-            )
-        })
-    }
+    (!parts.is_empty()).then(|| {
+        format!(
+            "{}: differs from its own edit history in {}, so something has changed the file from outside; check them",
+            path.display(),
+            parts.join(" and ")
+        )
+    })
 }
 
 /// A radius that no stroke has.

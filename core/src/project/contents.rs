@@ -93,10 +93,9 @@ pub struct Contents {
 }
 
 /// What [`Journal::start`](super::Journal::start) has to write first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Pending {
     /// Nothing.
-    #[default]
     Nothing,
     /// The scene's place.
     Scene,
@@ -139,9 +138,9 @@ impl Contents {
     ///
     /// Frame indices become those of `scene`. Strokes on frames that have vanished stay in the project,
     /// with indices of `scene.frames.len()` and above, and have no effect; a warning counts them. Imported
-    /// images do the same, and are dropped with a warning where their frame has another size. Where frames differ, the model is dropped (it would describe another scene), and so are the maps of
-    /// frames that are gone or have another size. The file is brought in line by
-    /// [`Journal::start`](super::Journal::start).
+    /// images do the same, and are dropped with a warning where their frame has another size. Where frames
+    /// differ, the model is dropped (it would describe another scene), and so are the maps of frames that are
+    /// gone or have another size. The file is brought in line by [`Journal::start`](super::Journal::start).
     ///
     /// # Errors
     /// [`ProjectError::OtherScene`] when not one frame of the project is in the scene.

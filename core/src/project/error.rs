@@ -36,7 +36,7 @@ pub enum ProjectError {
     )]
     Damaged(PathBuf, String),
     /// The file cannot be read, for this reason.
-    #[error("{}: cannot be read: {}", .0.display(), .1)]
+    #[error("{}: cannot be read: {}; check that you may read it and that its disk is there", .0.display(), .1)]
     Unreadable(PathBuf, String),
     /// The file cannot be written, for this reason, which says what to do. What was drawn is still in memory.
     #[error("{}: cannot be saved: {}", .0.display(), .1)]
@@ -131,6 +131,14 @@ impl ProjectError {
 
     pub(super) fn unwritable(path: &Path, reason: impl Into<String>) -> Self {
         Self::Unwritable(path.to_path_buf(), reason.into())
+    }
+
+    /// Why the file cannot be written, without its name.
+    pub(super) fn reason(self) -> String {
+        match self {
+            Self::Unwritable(_, reason) => reason,
+            other => other.to_string(),
+        }
     }
 
     /// Nothing can be written at `path`.

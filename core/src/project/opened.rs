@@ -82,9 +82,13 @@ fn read_apart(path: &Path, error: ProjectError) -> Result<(Contents, Option<Stri
         ProjectError::Unreadable(_, reason) => match read_copy(path) {
             Ok(Ok(contents)) => return Ok((contents, None)),
             Ok(Err(ProjectError::Damaged(_, reason))) => reason,
-            Err(refused) if refused.kind() == io::ErrorKind::PermissionDenied => return Err(error),
-            // Some of its sectors cannot be read.
-            Ok(Err(_)) | Err(_) => reason.clone(),
+            Ok(Err(_)) => reason.clone(),
+            Err(refused) => match refused.kind() {
+                // It may be whole.
+                io::ErrorKind::PermissionDenied | io::ErrorKind::StorageFull => return Err(error),
+                // Some of its sectors cannot be read.
+                _ => reason.clone(),
+            },
         },
         _ => return Err(error),
     };
@@ -106,7 +110,8 @@ fn put_in_place(path: &Path, contents: &Contents) -> Result<(Project, PathBuf), 
     // An open database must not be renamed: its journal would get the old name.
     drop(Project::create(&draft, contents)?);
     let change_places = || -> io::Result<()> {
-        fs::rename(path, &damaged)?;
+        // A link, where the disk has links: after a kill the file is still there, and the next opening does this again.
+        fs::hard_link(path, &damaged).or_else(|_| fs::rename(path, &damaged))?;
         // A journal of the damaged file would be applied to the new one.
         match fs::rename(with_suffix(path, "-journal"), with_suffix(&damaged, "-journal")) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),

@@ -64,7 +64,8 @@ pub(super) fn replace(
         }
         fs::rename(&temporary.0, path)?;
         if cfg!(unix) {
-            File::open(folder_of(path))?.sync_all()?;
+            // Some network disks cannot do this, and by now the file has its name.
+            let _ = File::open(folder_of(path)).and_then(|folder| folder.sync_all());
         }
         Ok(())
     };

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 
 use super::columns::{execute, from_json, integer, json, rows, unsigned};
-use super::consistency::{self, Doubts};
+use super::consistency;
 use super::contents::Pending;
 use super::error::Fault;
 use super::{Contents, FrameRecord, SceneRecord, Step, imports, location, schema};
@@ -288,7 +288,7 @@ pub(super) fn read(connection: &Connection, path: &Path) -> Result<Contents, Fau
     let (maps, mut warnings) = read_maps(connection, path, &scene)?;
     let (images, in_force) = imports::read(connection, &scene)?;
     let history = History::restored(labels, edits, cursor).with_imports(images, in_force);
-    warnings.extend(Doubts::of(&history).warning(path, history.labels(), &scene.stems()));
+    warnings.extend(consistency::warning(path, &history, &scene.stems()));
     Ok(Contents {
         scene,
         history,

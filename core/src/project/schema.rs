@@ -76,9 +76,11 @@ pub(super) fn connect(path: &Path) -> rusqlite::Result<Connection> {
 ///   committed edit outlives a power cut. (In exclusive locking mode a journal ends by a synchronised header of
 ///   zeros and not by its deletion, which would need `EXTRA`.) A kill or a power cut in the middle of a commit
 ///   leaves a journal beside the file, from which the next opening restores the last commit.
+/// - `fullfsync`: on macOS, `fsync` alone leaves it to the disk when to write.
 fn make_durable(connection: &Connection) -> rusqlite::Result<()> {
     connection.pragma_update(None, "journal_mode", "DELETE")?;
-    connection.pragma_update(None, "synchronous", "FULL")
+    connection.pragma_update(None, "synchronous", "FULL")?;
+    connection.pragma_update(None, "fullfsync", true)
 }
 
 /// The schema version that a database has.

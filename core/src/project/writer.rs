@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -36,8 +37,9 @@ pub enum JournalEvent {
     Failed(String),
     /// [`save_as`](super::Journal::save_as) has failed and changed nothing. The sentence names the new file.
     NotSavedAs(String),
-    /// No backup could be written, told once. The sentence names the project, which is itself written.
-    NotBackedUp(String),
+    /// Something beside the edits could not be written: the newest maps and model, or a backup, which is told once. The
+    /// sentence names the file; the edits are written.
+    Problem(String),
     /// After a failure everything is on the disk again.
     Recovered {
         /// The project file.
@@ -69,8 +71,8 @@ pub(super) struct Writer {
     received: u64,
     /// Steps that are not in the file.
     steps: Vec<Step>,
-    /// The file has to be written anew from `history`.
-    rewrite: Option<Pending>,
+    /// Whether the file has to be written anew from `history`, and how much of it is outdated.
+    rewrite: Pending,
     save_as: VecDeque<SaveAs>,
     view: Option<String>,
     view_waits: bool,
@@ -97,7 +99,7 @@ impl Writer {
             history: contents.history.clone(),
             received: 0,
             steps: Vec::new(),
-            rewrite: None,
+            rewrite: contents.pending,
             save_as: VecDeque::new(),
             view: contents.view.clone(),
             view_waits: false,
@@ -109,9 +111,6 @@ impl Writer {
             committed,
             wake,
         };
-        if contents.pending != Pending::Nothing {
-            writer.rewrite = Some(contents.pending);
-        }
         if contents.pending == Pending::All {
             writer.take(Message::Maps(contents.maps.clone()));
         }
@@ -171,7 +170,7 @@ impl Writer {
         };
         self.backups = backups;
         if let Some(sentence) = failure {
-            self.tell(JournalEvent::NotBackedUp(sentence));
+            self.tell(JournalEvent::Problem(sentence));
         }
     }
 
@@ -201,7 +200,7 @@ impl Writer {
 
     fn is_idle(&self) -> bool {
         self.steps.is_empty()
-            && self.rewrite.is_none()
+            && self.rewrite == Pending::Nothing
             && self.save_as.is_empty()
             && !self.view_waits
             && self.model.is_none()
@@ -210,14 +209,24 @@ impl Writer {
 
     /// Does the most urgent thing that waits: edits, then Save As, then a piece of the rest.
     fn work(&mut self) {
-        if !self.steps.is_empty() || self.rewrite.is_some() {
-            match self.write_history() {
+        if !self.steps.is_empty() || self.rewrite != Pending::Nothing {
+            match self.guarded(Self::write_history) {
                 Ok(()) => self.everything_is_written(),
                 Err(error) => self.fail(error),
             }
         } else if self.failing.is_none() && self.save_as.is_empty() {
-            if let Err(error) = self.write_results() {
-                self.fail(error);
+            match self.guarded(Self::write_results) {
+                Ok(()) => {}
+                // All edits are in the file, and there may be room for more of them.
+                Err(error) if self.project.ensure_in_place().is_ok() => {
+                    (self.model, self.view_waits) = (None, false);
+                    self.maps.clear();
+                    let (path, reason) = (self.project.path().display(), error.reason());
+                    self.tell(JournalEvent::Problem(format!(
+                        "{path}: has all labels, but not its newest maps and model: {reason}"
+                    )));
+                }
+                Err(error) => self.fail(error),
             }
             return;
         }
@@ -226,8 +235,19 @@ impl Writer {
         }
     }
 
+    /// Writes something. A panic is an error like others, so that everything else is still written, or all of it elsewhere.
+    fn guarded<T>(
+        &mut self,
+        write: impl FnOnce(&mut Self) -> Result<T, ProjectError>,
+    ) -> Result<T, ProjectError> {
+        catch_unwind(AssertUnwindSafe(|| write(self))).unwrap_or_else(|_| {
+            let reason = "an internal error stopped it; save it somewhere else";
+            Err(ProjectError::unwritable(self.project.path(), reason))
+        })
+    }
+
     fn write_history(&mut self) -> Result<(), ProjectError> {
-        if self.rewrite.is_none() {
+        if self.rewrite == Pending::Nothing {
             return self.project.record(&self.steps);
         }
         if !self.project.path().exists() {
@@ -241,7 +261,7 @@ impl Writer {
     /// SQL that forgets the results in the file that do not follow from what is written anew.
     fn outdated(&self) -> &'static str {
         match self.rewrite {
-            Some(Pending::All) => FORGET_RESULTS,
+            Pending::All => FORGET_RESULTS,
             _ if !self.steps.is_empty() => FORGET_MAPS,
             _ => "",
         }
@@ -252,7 +272,7 @@ impl Writer {
             self.backups.note_edit();
         }
         self.steps.clear();
-        self.rewrite = None;
+        self.rewrite = Pending::Nothing;
         self.committed.store(self.received, Ordering::Release);
         if self.failing.take().is_some() {
             let path = self.project.path().to_path_buf();
@@ -263,7 +283,7 @@ impl Writer {
 
     /// Tells a failure once, and has everything written anew later.
     fn fail(&mut self, error: ProjectError) {
-        self.rewrite = self.rewrite.max(Some(Pending::Scene));
+        self.rewrite = self.rewrite.max(Pending::Scene);
         if self.failing.as_ref() != Some(&error) {
             self.tell(JournalEvent::Failed(error.to_string()));
         }
@@ -271,13 +291,14 @@ impl Writer {
     }
 
     fn save_as(&mut self, request: &SaveAs) {
-        match self.saved_as(&request.path) {
+        match self.guarded(|writer| writer.saved_as(&request.path)) {
             Ok(copy) => {
                 if let Some(copy) = copy {
-                    let old_path = self.project.path().to_path_buf();
-                    self.project = copy;
+                    // Another file may have taken its place.
+                    let is_own = self.project.ensure_in_place().is_ok();
+                    let old_path = std::mem::replace(&mut self.project, copy).path;
                     self.backups.restart();
-                    if request.remove_old {
+                    if request.remove_old && is_own {
                         // Files that cannot be removed only take space.
                         let _ = fs::remove_dir_all(backups_folder(&old_path));
                         let _ = fs::remove_file(old_path);
@@ -297,17 +318,18 @@ impl Writer {
         if same_file(self.project.path(), path) {
             return self.failing.clone().map_or(Ok(None), Err);
         }
-        match self.project.copy_to(path) {
-            Ok(mut copy) => {
-                if self.rewrite.is_some() {
-                    copy.rewrite(&self.scene, &self.history, self.outdated())?;
-                }
-                Ok(Some(copy))
+        let copied = self.project.copy_to(path).and_then(|mut copy| {
+            if self.rewrite != Pending::Nothing {
+                copy.rewrite(&self.scene, &self.history, self.outdated())?;
             }
-            // The old file may be what is broken.
-            Err(_) if self.failing.is_some() => Project::create(path, &self.contents()).map(Some),
-            Err(error) => Err(error),
-        }
+            Ok(copy)
+        });
+        let saved = match copied {
+            // The old file may be what is broken, or what can be made again may have filled this disk, too.
+            Err(_) if self.failing.is_some() => Project::create(path, &self.contents()),
+            copied => copied,
+        };
+        saved.map(Some)
     }
 
     fn contents(&self) -> Contents {
@@ -343,7 +365,7 @@ impl Writer {
             }
             JournalEvent::Failed(sentence)
             | JournalEvent::NotSavedAs(sentence)
-            | JournalEvent::NotBackedUp(sentence) => {
+            | JournalEvent::Problem(sentence) => {
                 tracing::error!(target: TOLD, "{sentence}");
             }
         }

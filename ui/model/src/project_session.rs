@@ -121,7 +121,7 @@ impl ProjectSession {
             }
             JournalEvent::Failed(_) => self.failing = true,
             JournalEvent::NotSavedAs(_) => self.chosen = self.named,
-            JournalEvent::NotBackedUp(_) => {}
+            JournalEvent::Problem(_) => {}
             JournalEvent::Recovered { .. } => self.failing = false,
         }
     }

@@ -140,15 +140,11 @@ impl History {
         let strokes = self.labels.strokes.iter();
         let of_class = strokes.filter(|(_, stroke)| stroke.class == id);
         let changes = of_class.map(|(&id, stroke)| {
-            let stroke = stroke.as_ref().clone();
-            StrokeChange {
-                id,
-                after: becomes.map(|class| Stroke {
-                    class,
-                    ..stroke.clone()
-                }),
-                before: Some(stroke),
-            }
+            let after = becomes.map(|class| Stroke {
+                class,
+                ..stroke.as_ref().clone()
+            });
+            StrokeChange::of(id, stroke, after)
         });
         self.commit(Edit {
             name,

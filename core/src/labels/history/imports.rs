@@ -46,8 +46,8 @@ impl History {
     /// Takes label images from elsewhere over, in place of earlier ones.
     ///
     /// An id that comes with a name is the class of that name (capitals aside), and otherwise a new class, with
-    /// another id if its own is taken or was that of another class. An id without a name is the class with that id, or a new one. In the same way an
-    /// object is that of its name and class, or a new one.
+    /// another id if its own is taken or was that of another class. An id without a name is the class with that id, or a
+    /// new one. In the same way an object is that of its name and class, or a new one.
     pub fn import(&mut self, images: LabelImages) -> Edit {
         let what = if images.labels.trust.is_right() {
             "labels"
@@ -81,10 +81,17 @@ impl History {
         let class = |id: ClassId| becomes.get(&id).copied().unwrap_or(id);
         let mut objects = self.labels.objects.clone();
         let same = self.imported_objects(&images.objects, &mut objects, class);
-        let labels = images.labels.relabelled(|label| Label {
-            class: class(label.class),
-            object: label.object.and_then(|id| same.get(&id).copied()),
-        });
+        let keep_classes = becomes.iter().all(|(own, new)| own == new);
+        let keep_objects = || images.labels.objects().iter().all(|id| same.get(id) == Some(id));
+        // The window waits while millions of pixels are relabelled.
+        let labels = if keep_classes && keep_objects() {
+            images.labels
+        } else {
+            images.labels.relabelled(|label| Label {
+                class: class(label.class),
+                object: label.object.and_then(|id| same.get(&id).copied()),
+            })
+        };
         let objects = self.objects_after(Some(&labels), objects);
         let imported = self.change_import(Some(labels));
         self.commit(Edit {

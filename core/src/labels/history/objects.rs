@@ -106,11 +106,8 @@ impl History {
             if own.peek().is_none() && !imported.contains(&found.object.id) {
                 clicks.extend(&found.click);
             }
-            changes.extend(own.map(|(&id, own)| StrokeChange {
-                id,
-                before: Some(own.as_ref().clone()),
-                after: Some(telling(own)),
-            }));
+            let told = own.map(|(&id, own)| StrokeChange::of(id, own, Some(telling(own))));
+            changes.extend(told);
         }
         for stroke in clicks.into_iter().chain(&stroke) {
             self.last_stroke += 1;
@@ -141,13 +138,12 @@ impl History {
         listed.retain(|object| object.id != id);
         let strokes = self.labels.strokes.iter();
         let own = strokes.filter(|(_, stroke)| stroke.object == Some(id));
-        let changes = own.map(|(&id, stroke)| StrokeChange {
-            id,
-            before: Some(stroke.as_ref().clone()),
-            after: Some(Stroke {
+        let changes = own.map(|(&id, stroke)| {
+            let after = Stroke {
                 object: None,
                 ..stroke.as_ref().clone()
-            }),
+            };
+            StrokeChange::of(id, stroke, Some(after))
         });
         let changes = changes.collect();
         let images = self.labels.imported.as_ref();

@@ -8,7 +8,12 @@ impl History {
     pub fn add_stroke(&mut self, stroke: Stroke) -> Edit {
         let name = self.name_of(&stroke);
         self.last_stroke += 1;
-        self.commit_stroke(name, StrokeId(self.last_stroke), None, Some(stroke))
+        let change = StrokeChange {
+            id: StrokeId(self.last_stroke),
+            before: None,
+            after: Some(stroke),
+        };
+        self.commit_strokes(name, vec![change])
     }
 
     /// Erases along a path on one frame, but only strokes of classes that may be erased; `None` when none of them
@@ -26,28 +31,19 @@ impl History {
             .filter(|(id, _)| may_erase(*id))
             .filter_map(|(id, stroke)| {
                 let rest = erase(stroke, path, radius)?;
-                Some(StrokeChange {
-                    id,
-                    before: Some(stroke.clone()),
-                    after: (!rest.lines.is_empty()).then_some(rest),
-                })
+                let after = (!rest.lines.is_empty()).then_some(rest);
+                Some(StrokeChange::of(id, stroke, after))
             })
             .collect();
-        (!strokes.is_empty()).then(|| {
-            self.commit(Edit {
-                name: "erase".to_owned(),
-                strokes,
-                ..Edit::default()
-            })
-        })
+        (!strokes.is_empty()).then(|| self.commit_strokes("erase".to_owned(), strokes))
     }
 
     /// Deletes one stroke; `None` when there is no such stroke.
     pub fn delete_stroke(&mut self, id: StrokeId) -> Option<Edit> {
         let stroke = self.labels.strokes.get(&id)?;
         let name = format!("delete {}", self.name_of(stroke));
-        let before = stroke.as_ref().clone();
-        Some(self.commit_stroke(name, id, Some(before), None))
+        let change = StrokeChange::of(id, stroke, None);
+        Some(self.commit_strokes(name, vec![change]))
     }
 
     /// Makes one stroke say another class, which may be void, and no object; `None` when there is no such stroke or class, or
@@ -59,26 +55,20 @@ impl History {
             return None;
         }
         let name = format!("change {} to {}", self.name_of(stroke), self.class_name(class));
-        let before = stroke.as_ref().clone();
         let after = Stroke {
             class,
             object: None,
-            ..before.clone()
+            ..stroke.as_ref().clone()
         };
-        Some(self.commit_stroke(name, id, Some(before), Some(after)))
+        let change = StrokeChange::of(id, stroke, Some(after));
+        Some(self.commit_strokes(name, vec![change]))
     }
 
-    /// Commits an edit of one stroke.
-    pub(super) fn commit_stroke(
-        &mut self,
-        name: String,
-        id: StrokeId,
-        before: Option<Stroke>,
-        after: Option<Stroke>,
-    ) -> Edit {
+    /// Commits an edit of strokes alone.
+    fn commit_strokes(&mut self, name: String, strokes: Vec<StrokeChange>) -> Edit {
         self.commit(Edit {
             name,
-            strokes: vec![StrokeChange { id, before, after }],
+            strokes,
             ..Edit::default()
         })
     }

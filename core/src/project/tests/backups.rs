@@ -206,7 +206,7 @@ fn a_backup_that_cannot_be_written_is_told_once_and_stops_nothing() {
     fs::write(&hidden, "in the way").unwrap();
     let (journal, mut history) = start(&path);
     journal.record(click(&mut history, 0));
-    let JournalEvent::NotBackedUp(sentence) = event(&journal) else {
+    let JournalEvent::Problem(sentence) = event(&journal) else {
         panic!("it is told");
     };
     let told = "p.inplace: no backup of it could be written: ";

@@ -120,12 +120,38 @@ fn what_is_saved_elsewhere_while_the_file_cannot_be_written_has_no_map_of_other_
     fs::write(&path, "another file").unwrap();
     journal.record(click(&mut contents.history, 1));
     assert!(matches!(event(&journal), JournalEvent::Failed(_)));
-    journal.save_as(elsewhere.clone(), false);
+    journal.save_as(elsewhere.clone(), true);
     let saved = JournalEvent::Saved {
         path: elsewhere.clone(),
     };
     assert_eq!(event(&journal), saved);
     drop(journal);
+    assert_eq!(fs::read(&path).unwrap(), b"another file", "it is not ours to remove");
     assert_saved(&elsewhere, &contents.history);
     assert!(Project::open(&elsewhere).unwrap().1.maps.is_empty());
+}
+
+#[test]
+fn a_model_that_does_not_fit_on_the_disk_is_told_and_keeps_no_edit_from_being_written() {
+    let (folder, path) = place();
+    let mut contents = contents(folder.path());
+    let project = Project::create(&path, &contents).unwrap();
+    let query = |sql: &str| -> i64 { project.connection.query_row(sql, [], |row| row.get(0)).unwrap() };
+    let pages = query("PRAGMA page_count");
+    query(&format!("PRAGMA max_page_count = {}", pages + 20));
+    let journal = Journal::start(project, &contents, || ()).unwrap();
+    journal.save_model(Arc::new(ModelState {
+        steps: 1,
+        tensors: vec![7; 1 << 20],
+    }));
+    let JournalEvent::Problem(sentence) = event(&journal) else {
+        panic!("it is told");
+    };
+    let told = "p.inplace: has all labels, but not its newest maps and model: the disk is full";
+    assert!(sentence.contains(told), "{sentence}");
+    let last = journal.record(click(&mut contents.history, 1));
+    wait_for(|| journal.committed() == last);
+    assert!(journal.events().is_empty());
+    journal.close().unwrap();
+    assert_saved(&path, &contents.history);
 }

@@ -102,7 +102,7 @@ impl Model {
             JournalEvent::Saved { path } => self.saved_to(&path, before),
             JournalEvent::Failed(sentence)
             | JournalEvent::NotSavedAs(sentence)
-            | JournalEvent::NotBackedUp(sentence) => {
+            | JournalEvent::Problem(sentence) => {
                 self.state.messages.error(sentence);
             }
             JournalEvent::Recovered { path } => {
