@@ -52,8 +52,10 @@ pub enum Command {
     Show(Option<Dialog>),
     /// The person typed or chose something in the dialog shown; one of another kind is left alone.
     Edit(Dialog),
-    /// Goes back to the start page.
+    /// Goes back to the start page; labels that are on no disk are lost only when one insists.
     CloseScene,
+    /// Keeps what can be kept, as the window is gone.
+    End,
     /// Closes the window.
     Quit,
     /// The system asks to close the window.

@@ -21,6 +21,8 @@ pub struct ProjectSession {
     failing: bool,
     /// Whether the person has chosen a file, though it may not be written yet.
     chosen: bool,
+    /// Whether the person knows that closing loses labels.
+    pub(crate) told_of_loss: bool,
     /// Without a journal: the attempt to make a file that the work goes on in, and the steps since that began.
     pub(crate) attempt: u64,
     pub(crate) unrecorded: Vec<Step>,
@@ -59,6 +61,7 @@ impl ProjectSession {
             named,
             failing: false,
             chosen: named,
+            told_of_loss: false,
             attempt: 0,
             unrecorded: Vec::new(),
         }
@@ -72,6 +75,11 @@ impl ProjectSession {
             Some(journal) if journal.committed() < journal.recorded() => SavedState::Writing,
             Some(_) => SavedState::Saved,
         }
+    }
+
+    /// Whether the last edits are in memory alone, and nothing is about to change that.
+    pub(crate) fn is_on_no_disk(&self) -> bool {
+        matches!(self.saved_state(), SavedState::Failing | SavedState::MemoryOnly)
     }
 
     /// Keeps a step through the history, in memory where there is no journal.
@@ -119,7 +127,10 @@ impl ProjectSession {
                 self.named = true;
                 self.failing = false;
             }
-            JournalEvent::Failed(_) => self.failing = true,
+            JournalEvent::Failed(_) => {
+                self.failing = true;
+                self.told_of_loss = false;
+            }
             JournalEvent::NotSavedAs(_) => self.chosen = self.named,
             JournalEvent::Problem(_) => {}
             JournalEvent::Recovered { .. } => self.failing = false,

@@ -103,7 +103,8 @@ impl Model {
             Command::Browse(purpose) => self.effects.push(Effect::Browse(purpose)),
             Command::Show(dialog) => self.show(dialog),
             Command::Edit(dialog) => self.edit_dialog(dialog),
-            Command::CloseScene => self.close(),
+            Command::CloseScene if self.loses_labels() => {}
+            Command::CloseScene | Command::End => self.close(),
             Command::Quit => self.effects.push(Effect::CloseWindow),
             Command::CloseWindow => self.close_window(),
             Command::Dismiss(id) => self.state.messages.dismiss(id),

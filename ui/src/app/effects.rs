@@ -156,7 +156,7 @@ impl App {
                 None => std::thread::sleep(Duration::from_millis(5)),
             }
         }
-        for effect in self.model.update(Command::CloseScene) {
+        for effect in self.model.update(Command::End) {
             match effect {
                 Effect::TakePicture(place, source) => self.jobs.take_last_picture(&place, &source),
                 effect => self.carry_out(effect),

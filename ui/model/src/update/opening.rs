@@ -26,6 +26,9 @@ use crate::workspace::Workspace;
 impl Model {
     /// Starts opening something; what was open is kept and closed.
     pub(crate) fn open(&mut self, target: Target) {
+        if self.loses_labels() {
+            return;
+        }
         self.close();
         let ticket = self.begin(target.clone());
         let open = self.start.read;
@@ -47,6 +50,24 @@ impl Model {
             opened: None,
         }));
         self.last_ticket
+    }
+
+    /// Whether labels that are on no disk are still in the way of closing what is open: the first time a message says so,
+    /// and a file can be chosen. Whoever closes again means it.
+    pub(crate) fn loses_labels(&mut self) -> bool {
+        let (Stage::Open(workspace), Some(project)) = (&self.state.stage, &mut self.state.project) else {
+            return false;
+        };
+        if !project.is_on_no_disk() || !workspace.document.labels().says_anything() {
+            return false;
+        }
+        if std::mem::replace(&mut project.told_of_loss, true) {
+            return false;
+        }
+        let sentence = "Your labels are in memory only: save them under a name that can be written. They are lost if you close again.";
+        self.state.messages.error(sentence);
+        self.show(Some(Dialog::SaveAs(String::new())));
+        true
     }
 
     /// Keeps and closes what is open.

@@ -88,6 +88,9 @@ impl Model {
     /// The system asks to close the window. During an export it closes after its end; asked once more, it stops the
     /// export first, and asked then, it closes at once: a disk may hang.
     pub(crate) fn close_window(&mut self) {
+        if self.loses_labels() {
+            return self.effects.push(Effect::KeepWindowOpen);
+        }
         if !self.is_exporting() || self.closes_after_export && self.state.stopping_export {
             return;
         }
@@ -200,9 +203,17 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
+    use inplace_core::scene::SceneSource;
+    use inplace_core::scene::demo::Shot;
+
     use super::*;
-    use crate::model::Start;
+    use crate::dialogs::{ClassUse, Dialog};
+    use crate::model::{Stage, Start};
+    use crate::opening::Target;
     use crate::preferences::Preferences;
+    use crate::project_session::ProjectSession;
+    use crate::tool::{DrawnLine, Tool};
+    use crate::workspace::Workspace;
     use crate::{Command, Input};
 
     #[test]
@@ -218,5 +229,38 @@ mod tests {
             let is_close = |effect: &Effect| matches!(effect, Effect::CloseWindow);
             assert_eq!(effects.iter().any(is_close), closes);
         }
+    }
+
+    #[test]
+    fn labels_that_are_on_no_disk_are_lost_only_when_one_insists() {
+        let mut model = Model::new(Start::default(), Preferences::default());
+        let open = |model: &mut Model| {
+            let workspace = Workspace::of_test(Shot::new(1, [16, 16]).scene(&|_, _| {}));
+            model.state.stage = Stage::Open(Box::new(workspace));
+            model.state.project = Some(ProjectSession::new(None, PathBuf::new(), false));
+            model.update(Command::AddClass(ClassUse::Choose, "wall".to_owned()));
+            model.state.dialog = None;
+        };
+        let stays = |effects: Vec<Effect>| {
+            let keeps = |effect: &Effect| matches!(effect, Effect::KeepWindowOpen);
+            effects.iter().any(keeps)
+        };
+        open(&mut model);
+        assert!(!stays(model.update(Command::CloseWindow)), "nothing is labelled");
+        let click = |model: &mut Model| {
+            let (tool, points) = (Tool::Brush, vec![[8, 8]]);
+            model.update(Command::Draw(DrawnLine { tool, points }));
+        };
+        click(&mut model);
+        assert!(stays(model.update(Command::CloseWindow)));
+        assert!(matches!(model.dialog, Some(Dialog::SaveAs(_))));
+        assert!(!stays(model.update(Command::CloseWindow)));
+
+        open(&mut model);
+        click(&mut model);
+        model.update(Command::Open(Target::Scene(SceneSource::Demo)));
+        assert!(matches!(model.stage, Stage::Open(_)));
+        model.update(Command::CloseScene);
+        assert!(matches!(model.stage, Stage::Start));
     }
 }
