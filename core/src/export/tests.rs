@@ -227,5 +227,9 @@ fn objects_that_are_shown_are_listed_with_the_same_numbers_in_all_frames() {
     let labelled = labelled_scene(&scene, &labels.classes, &bare);
     export(root.path(), labelled, Format::Png, &Options::default(), &go_on).unwrap();
     let left = files(root.path());
-    assert!(left.keys().all(|name| !name.starts_with("objects")), "{:?}", left.keys());
+    assert!(
+        left.keys().all(|name| !name.starts_with("objects")),
+        "{:?}",
+        left.keys()
+    );
 }

@@ -161,7 +161,8 @@ impl FrameList {
     /// Where a frame is shown, or else would stand.
     fn search(&self, frame: usize) -> Result<usize, usize> {
         let place = self.place(frame);
-        self.shown.binary_search_by_key(&place, |&shown| self.place(shown))
+        self.shown
+            .binary_search_by_key(&place, |&shown| self.place(shown))
     }
 
     fn place(&self, frame: usize) -> usize {

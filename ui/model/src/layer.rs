@@ -46,7 +46,9 @@ impl Layer {
 
     /// The layers that there are, in this order; `compared` says whether the scene is compared with another project.
     pub fn present(compared: bool) -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(move |layer| layer.is_there(compared))
+        Self::ALL
+            .into_iter()
+            .filter(move |layer| layer.is_there(compared))
     }
 
     fn is_there(self, compared: bool) -> bool {

@@ -190,7 +190,8 @@ impl State {
 
     /// The open scene, if it has this serial number.
     pub(crate) fn workspace_numbered(&mut self, serial: u64) -> Option<&mut Workspace> {
-        self.workspace_mut().filter(|workspace| workspace.serial == serial)
+        self.workspace_mut()
+            .filter(|workspace| workspace.serial == serial)
     }
 
     /// Whether the open scene is compared with another project.

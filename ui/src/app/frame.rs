@@ -44,9 +44,8 @@ impl eframe::App for App {
         // Keys come before the clicks of the same frame, which they may be about.
         self.update_all(std::mem::take(&mut commands));
         // What an open dialog, a menu or a text field does with Escape comes before the messages.
-        let escape = self.model.dialog.is_none()
-            && !ctx.text_edit_focused()
-            && !egui::Popup::is_any_open(&ctx);
+        let escape =
+            self.model.dialog.is_none() && !ctx.text_edit_focused() && !egui::Popup::is_any_open(&ctx);
         self.panels.show(ui, &self.model, &mut self.canvas, &mut commands);
         let edited = self
             .dialogs

@@ -58,7 +58,10 @@ fn sources(dialog: &mut AddClasses, ui: &mut Ui) {
 }
 
 fn file(dialog: &mut AddClasses, ui: &mut Ui, commands: &mut Commands) {
-    weak_text(ui, "A list such as [{\"id\": 1, \"name\": \"wall\", \"color\": [200, 200, 190]}, ...]; colours may be left out. An export's classes.json is one.");
+    weak_text(
+        ui,
+        "A list such as [{\"id\": 1, \"name\": \"wall\", \"color\": [200, 200, 190]}, ...]; colours may be left out. An export's classes.json is one.",
+    );
     let entered = path_field(ui, &mut dialog.path, "Class list file");
     ui.horizontal(|ui| {
         let path = dialog.path.trim();

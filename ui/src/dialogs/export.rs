@@ -32,7 +32,10 @@ pub fn show(ui: &mut Ui, choice: &mut ExportChoice, commands: &mut Commands) {
         });
     weak_text(ui, description(choice.format));
     if choice.ids.is_some() {
-        weak_text(ui, "Classes take the numbers, names and colours of that list by name; classes that are not in it become void.");
+        weak_text(
+            ui,
+            "Classes take the numbers, names and colours of that list by name; classes that are not in it become void.",
+        );
     }
     let possible = !choice.path.trim().is_empty();
     confirm(ui, "Export", possible, entered, commands, || {

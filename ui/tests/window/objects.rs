@@ -211,7 +211,10 @@ fn objects_are_hidden_one_by_one_or_all_but_one_and_the_project_keeps_that() {
         let chairs = window.workspace().objects_of(1);
         chairs.iter().any(|(_, found)| found.is_some())
     });
-    assert!(builds(&window) > before, "the strokes on what is hidden are hidden");
+    assert!(
+        builds(&window) > before,
+        "the strokes on what is hidden are hidden"
+    );
     // When it is gone, no other is hidden beside it.
     let locked = Command::SetLocked(Named::Object(id(1)), false);
     [locked, Command::MergeObject(id(1), id(2))]

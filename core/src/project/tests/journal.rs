@@ -126,7 +126,11 @@ fn what_is_saved_elsewhere_while_the_file_cannot_be_written_has_no_map_of_other_
     };
     assert_eq!(event(&journal), saved);
     drop(journal);
-    assert_eq!(fs::read(&path).unwrap(), b"another file", "it is not ours to remove");
+    assert_eq!(
+        fs::read(&path).unwrap(),
+        b"another file",
+        "it is not ours to remove"
+    );
     assert_saved(&elsewhere, &contents.history);
     assert!(Project::open(&elsewhere).unwrap().1.maps.is_empty());
 }

@@ -65,8 +65,9 @@ fn contradictory(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result
     told_apart(trial, settings, annotator.labels(&clicks))
 }
 
-/// Labels a scene, then says with each of these strokes an object of its own; every class is one of things.
+/// Labels a scene whose classes are all of things, then says with each of these strokes an object of its own.
 fn told_apart(trial: &Trial, settings: &Settings, mut labels: LabelSet) -> Result<Measured, Failure> {
+    labels.classes.iter_mut().for_each(|class| class.thing = true);
     let mut course = resting(trial, settings, &labels)?;
     let before = course.maps()?;
     name_objects(&mut labels);

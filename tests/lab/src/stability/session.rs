@@ -210,7 +210,10 @@ fn long_training(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result
     while Instant::now() < end {
         let mut labels = trial.labels.clone();
         generation += 1;
-        let omitted = labels.strokes.keys().nth(generation % labels.strokes.len().max(1));
+        let omitted = labels
+            .strokes
+            .keys()
+            .nth(generation % labels.strokes.len().max(1));
         if let Some(id) = omitted.copied() {
             labels.strokes.remove(&id);
         }

@@ -129,7 +129,10 @@ impl Model {
             None => Some(VOID),
         };
         let selected = workspace.selected;
-        match (class, selected.filter(|_| self.state.settings.tool == Tool::Select)) {
+        match (
+            class,
+            selected.filter(|_| self.state.settings.tool == Tool::Select),
+        ) {
             (None, _) => {}
             (Some(class), _) if workspace.suggestions().is_active() => self.answer_with(class),
             (Some(class), Some(stroke)) => self.change_stroke_class(stroke, class),
