@@ -153,12 +153,17 @@ impl FrameView {
             let classes = workspace.document.palette();
             self.known.object_colors.follow(&plane.entries, classes);
         }
+        let tells = |map: &Arc<FrameMap>| map.surface().is_some();
+        // What a click says in view comes before the surface; the map that has it takes the slot without a word.
+        if self.known.newest.as_ref().is_some_and(|map| !tells(map)) {
+            self.take_map(workspace.newest_map(self.frame).filter(tells));
+        }
         let Some(map) = &self.known.newest else {
             return;
         };
-        // With newer labels an older map would show objects for a moment that neither has.
+        // With newer labels an older map would show objects for a moment that neither has, and one without a surface none.
         let generation = workspace.document.generation();
-        let may_ask = map.generation == generation || self.known.objects.is_none();
+        let may_ask = map.generation == generation && tells(map) || self.known.objects.is_none();
         let asked = (map.version(), generation);
         if may_ask && self.asked_objects != Some(asked) {
             self.asked_objects = Some(asked);

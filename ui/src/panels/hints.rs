@@ -57,9 +57,10 @@ impl Hints {
         };
         self.shown = Some((workspace.serial, hint));
         let accent = Stroke::new(1.0, theme::of(ui.visuals()).accent);
-        card(ui)
-            .stroke(accent)
-            .show(ui, |ui| said(ui, &text_of(ui.ctx(), hint), Some(hint), commands));
+        card(ui).stroke(accent).show(ui, |ui| {
+            ui.set_width(ui.available_width());
+            said(ui, &text_of(ui.ctx(), hint), Some(hint), commands);
+        });
         ui.add_space(theme::GAP);
     }
 

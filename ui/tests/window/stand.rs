@@ -420,9 +420,14 @@ impl Window {
         let (scene, generation) = (Arc::clone(&self.workspace().scene), self.generation());
         spread.set_labels(&scene, self.labels());
         let frame = self.frame_index();
-        let map = spread.map(&scene, frame, generation);
-        self.worker().maps.publish(map.looked_up().into_owned());
+        let map = spread.map(&scene, frame, generation).looked_up().into_owned();
+        // First what a click says in view, without its surface; the whole map takes its place without a word.
+        let (labels, entropy) = (map.labels().into_owned(), map.entropy().into_owned());
+        let in_view = FrameMap::new(frame, generation, [WIDTH, HEIGHT], labels, entropy);
+        self.worker().maps.publish(in_view.unwrap());
         self.tell(Event::Map { frame, generation });
+        self.worker().maps.publish(map);
+        self.tell(Event::AllMaps { generation });
     }
 
     /// Adds a class and clicks with it on the middle of the canvas.
