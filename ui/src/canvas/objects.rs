@@ -141,7 +141,7 @@ impl SceneObjects {
             && said(&self.labels) == said(labels)
     }
 
-    /// What a node shows, as a value of an [`ObjectPlane`].
+    /// What a node shows, as a value of an `ObjectPlane`.
     pub fn value(&self, node: u32) -> u16 {
         let class = self.posterior.labels.get(node as usize).copied().unwrap_or(0);
         let number = self.objects.of_node(node).map_or(0, ObjectId::number);
