@@ -35,7 +35,7 @@ impl Arguments {
 /// The window.
 #[derive(Debug, Args)]
 pub struct WindowArguments {
-    /// Folder of a capture or a project file (NAME.inplace) [default: the start page, or the demo scene until something else was opened].
+    /// Folder of a capture or a project file (NAME.inplace) [default: the start page, or the demo scene until another has been opened].
     #[arg(value_name = "SCENE | PROJECT.inplace")]
     pub open: Option<PathBuf>,
     /// Print at the end, as JSON, how long the window's frames, the maps after a click and the outline of what a click would

@@ -190,9 +190,7 @@ impl Panels {
                     probe::show(ui, workspace, canvas.frame(), canvas.pointed_at);
                 });
                 over = below_menus(canvas.rect, &model.settings);
-                if !workspace.suggestions().is_active() {
-                    self.hints.over_canvas(ui, model, workspace, over, commands);
-                }
+                self.hints.over_canvas(ui, model, workspace, over, commands);
             }
             suggestion_bar::show(ui, workspace, over);
         });

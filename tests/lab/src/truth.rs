@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use super::metrics::Borders;
 use super::{ConfusionMatrix, Failure, Scores, unusable_file, unusable_scene};
 use crate::simulate::Click;
-use inplace_core::labels::{self, Class, ClassId, Stroke, VOID, decode_gray, parse_class_list, read_strokes};
+use inplace_core::labels::{self, Class, ClassId, Stroke, VOID, decode_gray, read_class_list, read_strokes};
 use inplace_core::scene::demo::{self, Shot};
 use inplace_core::scene::{Frame, Scene, SceneSource, frame_number, label_images, numbered_images};
 use inplace_core::semantics::FrameMap;
@@ -139,6 +139,9 @@ impl SceneTruth {
                 } else {
                     (label_images(folder)?, Split::read(folder)?)
                 };
+                let classes = folder.join(CLASSES);
+                let listed = classes.is_file().then(|| read_class_list(&classes));
+                let listed = listed.transpose()?.unwrap_or_default();
                 let mut images = BTreeMap::new();
                 for (index, frame) in scene.frames.iter().enumerate() {
                     let Some(image) = LabelImage::read(&files, &frame.stem)? else {
@@ -164,7 +167,7 @@ impl SceneTruth {
                     train: among(&split.train),
                     test: among(&split.test),
                     images,
-                    listed: classes_listed_in(folder)?,
+                    listed,
                     clicks: Vec::new(),
                 }
             }
@@ -270,17 +273,6 @@ impl SceneTruth {
         });
         scores.ok_or_else(|| "ground truth: all pixels are void; measure on a capture with classes".into())
     }
-}
-
-/// The classes in `classes.json` of a capture's folder; none without the file.
-fn classes_listed_in(folder: &Path) -> Result<Vec<Class>, Failure> {
-    let path = folder.join(CLASSES);
-    if !path.is_file() {
-        return Ok(Vec::new());
-    }
-    let text = fs::read_to_string(&path).map_err(|error| error.to_string());
-    text.and_then(|text| parse_class_list(&text))
-        .map_err(|reason| unusable_file(&path, format!("is no list of classes: {reason}")))
 }
 
 /// Some frames of the split have no truth.

@@ -77,11 +77,6 @@ impl ProjectSession {
         }
     }
 
-    /// Whether the last edits are in memory alone, and nothing is about to change that.
-    pub(crate) fn is_on_no_disk(&self) -> bool {
-        matches!(self.saved_state(), SavedState::Failing | SavedState::MemoryOnly)
-    }
-
     /// Keeps a step through the history, in memory where there is no journal.
     pub(crate) fn record(&mut self, step: Step) {
         match &self.journal {

@@ -18,16 +18,14 @@ const INSET: f32 = 12.0;
 /// On a smaller canvas a callout would be in the way.
 const LEAST_CANVAS: egui::Vec2 = vec2(320.0, 200.0);
 
-/// The hint that is due, and which one was shown last.
+/// Which hint was shown last, in the scene with this serial number.
 #[derive(Debug, Default)]
 pub struct Hints {
-    due: Option<Hint>,
     shown: Option<(u64, Hint)>,
 }
 
 impl Hints {
-    /// Finds out what is due; a hint that was shown and then followed is remembered, as are suggestions that somebody goes
-    /// through.
+    /// Remembers a hint that was shown and then followed; whoever goes through the suggestions need not be told of them.
     pub fn update(&mut self, model: &Model, workspace: &Workspace, commands: &mut Commands) {
         let mut seen = |hint| commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
         if let Some((scene, hint)) = self.shown {
@@ -40,19 +38,17 @@ impl Hints {
                 self.shown = None;
             }
         }
-        self.due = Hint::due(model, workspace);
-        if workspace.suggestions().is_active() {
-            self.due = None;
-            if !model.preferences.hints_seen.contains(&Hint::Suggestions) {
-                seen(Hint::Suggestions);
-            }
+        let told = model.preferences.hints_seen.contains(&Hint::Suggestions);
+        if workspace.suggestions().is_active() && !told {
+            seen(Hint::Suggestions);
         }
     }
 
     /// Draws what is due at the top of the panel at the right.
     pub fn in_panel(&mut self, ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
         let listed = |hint: &Hint| *hint != Hint::Suggestions || model.side == Side::LabelNext;
-        let Some(hint) = self.due.filter(|hint| !is_of_canvas(hint) && listed(hint)) else {
+        let hint = Hint::due(model, workspace).filter(|hint| !is_of_canvas(hint) && listed(hint));
+        let Some(hint) = hint.filter(|_| !workspace.suggestions().is_active()) else {
             return;
         };
         self.shown = Some((workspace.serial, hint));
@@ -73,8 +69,9 @@ impl Hints {
         canvas: Rect,
         commands: &mut Commands,
     ) {
-        let hint = self.due.filter(is_of_canvas);
+        let hint = Hint::due(model, workspace).filter(is_of_canvas);
         let text = match hint {
+            _ if workspace.suggestions().is_active() => return,
             Some(hint) => text_of(ui.ctx(), hint),
             None if waits_for_surface(workspace) => awaited(workspace).to_owned(),
             None => return,

@@ -20,7 +20,7 @@ use crate::jobs::Done;
 use crate::model::{Model, Opening, Stage};
 use crate::opening::{Attached, Prepared, Target, attach, prepare, prepare_whole};
 use crate::preferences::usual_threads;
-use crate::project_session::Results;
+use crate::project_session::{Results, SavedState};
 use crate::workspace::Workspace;
 
 impl Model {
@@ -58,10 +58,11 @@ impl Model {
         let (Stage::Open(workspace), Some(project)) = (&self.state.stage, &mut self.state.project) else {
             return false;
         };
-        if !project.is_on_no_disk() || !workspace.document.labels().says_anything() {
-            return false;
-        }
-        if std::mem::replace(&mut project.told_of_loss, true) {
+        let is_on_disk = matches!(project.saved_state(), SavedState::Saved | SavedState::Writing);
+        if is_on_disk
+            || !workspace.document.labels().says_anything()
+            || std::mem::replace(&mut project.told_of_loss, true)
+        {
             return false;
         }
         let sentence = "Your labels are in memory only: save them under a name that can be written. They are lost if you close again.";
