@@ -1,4 +1,4 @@
-//! COCO instances: a mask for each connected region.
+//! COCO instances: a mask for each object of a frame, and one for each connected region of stuff.
 
 use serde::Serialize;
 

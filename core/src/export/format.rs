@@ -31,9 +31,9 @@ pub enum Format {
     Voc,
     /// Label, instance and colour images as in the ground truth of Cityscapes.
     Cityscapes,
-    /// COCO panoptic: one segment for each class of a frame.
+    /// COCO panoptic: one segment for each object of a frame, and one for each class that is stuff.
     CocoPanoptic,
-    /// COCO instances: one annotation for each connected region.
+    /// COCO instances: one annotation for each object of a frame, and one for each connected region of stuff.
     CocoInstances,
     /// Polygons for labelme.
     Labelme,

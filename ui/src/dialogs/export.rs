@@ -78,7 +78,8 @@ fn threshold(ui: &mut Ui, choice: &mut ExportChoice) {
 fn description(format: Format) -> &'static str {
     match format {
         Format::Png => {
-            "A PNG of class numbers, one of entropies and one of colours for every frame, and the list of classes."
+            "A PNG of class numbers, one of entropies and one of colours for every frame, and the list of classes; where a \
+             class is a thing, also a PNG of object numbers for every frame, and the list of objects."
         }
         Format::Overlay => "Every frame with the class colours half over it, as a JPEG, to look at.",
         Format::Voc => {
@@ -87,9 +88,12 @@ fn description(format: Format) -> &'static str {
         }
         Format::Cityscapes => "Label, instance and colour images as in the ground truth of Cityscapes.",
         Format::CocoPanoptic => {
-            "panoptic.json and a PNG of segments for every frame: one segment for each class."
+            "panoptic.json and a PNG of segments for every frame: one segment for each object, and one for each class that \
+             is stuff."
         }
-        Format::CocoInstances => "instances.json with a mask for each connected region of a class.",
+        Format::CocoInstances => {
+            "instances.json with a mask for each object of a frame, and one for each region of stuff."
+        }
         Format::Labelme => "The images, and beside each a JSON of polygons to go on with in labelme.",
         Format::Yolo => {
             "Images, polygons of their regions and data.yaml, as the segmentation of YOLO reads them."

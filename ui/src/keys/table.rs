@@ -101,8 +101,7 @@ table! {
     OTHER_SIDE "Show the other tab" [key("T")] "Show the other tab at the right: what to label next, progress"
         => Command::SwitchSide;
     "Tab (hold)" => "Hide the overlay while the pointer is over the frame";
-    NEXT_LAYER "Next layer" [key("Q")]
-        "Next layer: colour, labels, objects, entropy, disagreement, depth, rendered colour" => Command::CycleLayer;
+    NEXT_LAYER "Next layer" [key("Q")] "Next layer" => Command::CycleLayer;
     COMPARE "Compare two layers" [key("W")] "Compare two layers side by side" => Command::ToggleCompare;
     UNDO "Undo" [key("Z").with_ctrl()] "Undo, also on other frames" => Command::Undo;
     REDO "Redo" [key("Z").with_ctrl().with_shift(), key("Y").with_ctrl()] "Redo, also on other frames"
