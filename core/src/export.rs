@@ -1,5 +1,5 @@
-//! Results on disk: a folder of PNGs and JSON files, each written under a temporary name and renamed, so
-//! that a killed run leaves no half file.
+//! Results on disk: label maps, data sets and the labelled surface. Each file is written under a temporary name and
+//! renamed, so that a killed run leaves no half file.
 
 mod atomic;
 mod boxes;

@@ -1,4 +1,4 @@
-//! What to label next: the places of the whole scene whose label would tell most.
+//! What to label next: the places of the whole scene whose label would tell most; and audits of how right the maps are.
 
 pub mod audit;
 mod candidates;

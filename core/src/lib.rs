@@ -1,6 +1,6 @@
 //! Semantic fields of posed captures: labels spread from a few clicks to every pixel of every frame.
 //!
-//! The modules, each depending only on those above it:
+//! The modules, each depending only on those above it, but for the demo scene, which has classes and clicks:
 //!
 //! - [`scene`]: a posed capture: cameras, frames, formats, the demo room
 //! - [`labels`]: what the person said: classes, strokes, undo and redo
@@ -8,10 +8,10 @@
 //! - [`features`]: what a pretrained network that the person brings sees in the images
 //! - [`field`]: density and colour of the scene, learnt from its pixels
 //! - [`semantics`]: how labels spread over the scene's surface
-//! - [`guide`]: what to label next
+//! - [`guide`]: what to label next, and audits of how right the maps are
 //! - [`session`]: the background worker that keeps all of this going
 //! - [`project`]: the project file
-//! - [`export`]: label maps on disk
+//! - [`export`]: results on disk: label maps, data sets, the labelled surface
 //!
 //! With the feature `clap`, `arguments` has what several programs take on their command lines.
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-//! Dialogs over the window: opening, saving, exporting, the first class, the keys.
+//! Dialogs over the window: opening, saving, exporting, importing, comparing, classes, keys and settings.
 
 mod classes;
 mod export;

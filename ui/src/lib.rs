@@ -1,4 +1,4 @@
-//! The window of Inplace: canvas, panels and input.
+//! The window of Inplace: canvas, 3D view, panels, dialogs and input.
 //!
 //! Data flows one way: views read the [`Model`](inplace_model::Model) and push [`Command`](inplace_model::Command)s;
 //! [`app::App`] hands these to the model and carries out its effects: it talks to the session's worker and the project's

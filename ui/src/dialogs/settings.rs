@@ -20,7 +20,7 @@ use crate::widgets::{choice_box, weak_text};
 const SCALES: [u16; 7] = [100, 125, 150, 175, 200, 250, 300];
 
 /// What the features are.
-const FEATURES_MEAN: &str = "A network that was trained on photographs recognises what looks alike, so fewer clicks are enough. Inplace does not ship one; the guide says where to get the file";
+const FEATURES_MEAN: &str = "A network that was trained on photographs recognises what looks alike: labels are a little better while each class has one or two clicks. Inplace does not ship one; the guide says where to get the file";
 
 /// Takes the key that is being waited for; before anything else looks at the keys.
 pub fn listen(choosing: &mut Option<ChosenKey>, ctx: &egui::Context, commands: &mut Commands) {
