@@ -18,9 +18,9 @@ pub struct Arguments {
     pub command: Option<Command>,
     #[command(flatten)]
     pub window: WindowArguments,
-    /// Write a log to this file; it is given after the command, where there is one. Without it the last events are kept
-    /// in inplace/inplace.log, for bug reports, in $XDG_DATA_HOME or ~/.local/share (macOS: ~/Library/Application
-    /// Support, Windows: %LOCALAPPDATA%). RUST_LOG says what is logged.
+    /// Write a log to this file; give it after the command, if there is one. Without it the last events are kept for bug
+    /// reports, in inplace/inplace.log in $XDG_DATA_HOME or ~/.local/share (macOS: ~/Library/Application Support, Windows:
+    /// %LOCALAPPDATA%). RUST_LOG says what is logged.
     #[arg(long, value_name = "FILE", global = true)]
     pub log: Option<PathBuf>,
 }
@@ -38,9 +38,9 @@ pub struct WindowArguments {
     /// Folder of a capture or a project file (NAME.inplace) [default: the start page, or the demo scene until another has been opened].
     #[arg(value_name = "SCENE | PROJECT.inplace")]
     pub open: Option<PathBuf>,
-    /// Print at the end, as JSON, how long the window's frames, the maps after a click and the outline of what a click would
-    /// win take; first_frame_ms and first_map_ms are how long after the start the first image and the first labels over it
-    /// were there.
+    /// Print at the end, as JSON on stderr, how long the window's frames, the maps after a click and the outline of what a
+    /// click would win take; first_frame_ms and first_map_ms are how long after the start the first image and the first
+    /// labels over it were there.
     #[arg(long)]
     pub stats: bool,
     /// Write a record of what happens in the window to this file, a line of JSON for each event.
@@ -104,8 +104,8 @@ pub struct LabelArguments {
     pub strokes: Option<PathBuf>,
     /// Labels of frames from elsewhere, such as a network's predictions or an earlier labelling: a folder of files
     /// named by frame stem, PNGs with class ids or class colours, or NPYs or NPZs with class probabilities, at the
-    /// frame's size or a part of it; classes.json beside them names the classes, and objects.json the objects in a
-    /// folder objects/, whose numbers are those of each frame without it. A folder that `label` wrote will do.
+    /// frame's size or a part of it. classes.json beside them names the classes, and objects.json the objects in a
+    /// folder objects/; without that, each frame has numbers of its own. A folder that `label` wrote will do.
     #[arg(long, value_name = "DIR", alias = "labels")]
     pub import: Option<PathBuf>,
     /// How far the pixels of --import can be believed beside strokes, from 0 to 1. Below 1 they are votes: where many

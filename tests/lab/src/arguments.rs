@@ -63,7 +63,7 @@ pub struct SceneArguments {
 /// A simulated annotator.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
-    /// Folder of a capture with ground truth and split.json, or "demo".
+    /// Folder of a capture with ground truth and split.json, or "demo"; for the policy own, of one with clicks.json.
     pub scene: PathBuf,
     /// Where the annotator clicks: guided (one random pixel of every class, then the program's suggestions),
     /// random (equally many pixels of every class) or uniform (any pixels), or several of them in turn; or own, the clicks in
@@ -373,7 +373,8 @@ pub struct StereoArguments {
 /// Accuracy against time and size.
 #[derive(Debug, Args)]
 pub struct ParetoArguments {
-    /// Folders of captures with ground truth and split.json, or "demo".
+    /// Folders of captures with ground truth and split.json, "demo", or captures with label images of test frames and
+    /// clicks.json.
     #[arg(required = true)]
     pub scenes: Vec<PathBuf>,
     /// What is measured in turn: fast, auto, accurate.
