@@ -53,7 +53,7 @@ fn labels_and_options_that_cannot_be_used_are_refused_in_one_sentence() {
 
     let refused = |what: &str, parts: &[&str]| refused_with(&[], what, parts);
     disk.write_strokes(&json!({ "classes": [], "strokes": [] }));
-    refused("no classes", &["classes"]);
+    refused("no classes", &["strokes.json", "no classes"]);
     fs::write(disk.path("strokes.json"), "{ \"classes\": [").unwrap();
     refused("not JSON", &["strokes.json"]);
     fs::write(disk.path("strokes.json"), [0xff, 0xfe, 0x00]).unwrap();

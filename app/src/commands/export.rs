@@ -38,7 +38,11 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let contents = Contents::read(&arguments.project)?;
     let classes = &contents.history.labels().classes;
     if classes.is_empty() {
-        return Err(format!("{}: there are no classes to export", arguments.project.display()).into());
+        return Err(format!(
+            "{}: there are no classes to export; add some, and strokes of them",
+            arguments.project.display()
+        )
+        .into());
     }
     if let Some(ids) = &options.ids {
         let missing = ids.missing(classes);

@@ -152,9 +152,10 @@ fn label(
         labels = with_images(labels, said, &scene, &mut client)?;
     }
     if labels.classes.is_empty() {
+        let from = arguments.strokes.as_ref().unwrap_or(&arguments.scene);
         return Err(format!(
-            "{}: there are no classes to label with",
-            arguments.scene.display()
+            "{}: there are no classes to label with; add some, and strokes of them",
+            from.display()
         )
         .into());
     }
@@ -285,7 +286,12 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
         (Some(path), _) => {
             // Before any work.
             let opened = File::open(path);
-            opened.map_err(|error| format!("{}: cannot be read: {error}", path.display()))?;
+            opened.map_err(|error| {
+                format!(
+                    "{}: cannot be read ({error}); check that it is there and that you may read it",
+                    path.display()
+                )
+            })?;
             Strokes::File(path.clone())
         }
         (None, SceneSource::Demo) => Strokes::Demo,
