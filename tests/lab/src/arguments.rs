@@ -27,7 +27,7 @@ pub enum Command {
     /// Measure how good the maps of unseen frames become as a simulated annotator, who knows the ground truth,
     /// clicks on the training frames.
     Simulate(SimulateArguments),
-    /// Measure.
+    /// Measure one thing, or all of them.
     Bench {
         /// What to measure.
         #[command(subcommand)]
