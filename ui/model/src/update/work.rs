@@ -86,9 +86,10 @@ impl Model {
     }
 
     /// The system asks to close the window. During an export it closes after its end; asked once more, it stops the
-    /// export first, and asked then, it closes at once: a disk may hang.
+    /// export first, and asked then, it closes at once: a disk may hang. Where labels are on no disk, it stays open.
     pub(crate) fn close_window(&mut self) {
         if self.loses_labels() {
+            self.closes_after_export = false;
             return self.effects.push(Effect::KeepWindowOpen);
         }
         if !self.is_exporting() || self.closes_after_export && self.state.stopping_export {
@@ -255,6 +256,19 @@ mod tests {
         assert!(stays(model.update(Command::CloseWindow)));
         assert!(matches!(model.dialog, Some(Dialog::SaveAs(_))));
         assert!(!stays(model.update(Command::CloseWindow)));
+
+        let closes = |model: &mut Model| {
+            let ended = ExportProgress::Cancelled(PathBuf::from("out"), 0, 1);
+            let effects = model.update(Input::Done(Done::Exported(ended)));
+            effects.iter().any(|effect| matches!(effect, Effect::CloseWindow))
+        };
+        open(&mut model);
+        model.state.export = Some(ExportProgress::Writing(0, 1));
+        model.update(Command::CloseWindow);
+        click(&mut model);
+        assert!(closes(&mut model));
+        assert!(stays(model.update(Command::CloseWindow)));
+        assert!(!closes(&mut model), "the window stays open after the next export");
 
         open(&mut model);
         click(&mut model);
