@@ -18,6 +18,7 @@ mod node_map;
 mod novel_view;
 mod object_votes;
 mod objects;
+mod on_surface;
 mod places;
 mod posterior;
 mod prior_evaluation;

@@ -3,13 +3,11 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::borders::nodes_at_borders;
-use super::label_images::LabelImages;
+use super::on_surface::OnSurface;
 use super::posterior::NodeSummary;
-use super::superpixels::nodes_along_edges;
-use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceImport, SurfaceObjects};
-use crate::labels::{ClassId, ImportedMap, Label, ObjectId, Pixel, VOID};
-use crate::scene::{Frame, Scene};
+use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceObjects};
+use crate::labels::{ClassId, Pixel, VOID};
+use crate::scene::Frame;
 
 /// Dense labels of one frame, row-major `[height, width]`.
 ///
@@ -68,136 +66,6 @@ pub struct PixelAnswer {
     pub runner_up: Option<ClassId>,
 }
 
-/// A map that is not looked up yet: its pixels have the values of the nodes that they show, which along borders are
-/// chosen by the colours and depths of the frame.
-#[derive(Clone, Debug)]
-pub(super) struct OnSurface {
-    pub(super) scene: Arc<Scene>,
-    pub(super) surface: Arc<Surface>,
-    pub(super) posterior: Arc<Posterior>,
-    /// Entropy where there is no node.
-    pub(super) unknown: u16,
-    /// Label images. Where they are trusted, their pixels have their class for certain.
-    pub(super) import: Option<Arc<SurfaceImport>>,
-    /// Whether the posterior is known of all nodes, not only of those that the frame shows.
-    pub(super) is_whole: bool,
-    /// Painted pixels and their labels, which they have for certain.
-    pub(super) painted: Vec<(u32, Label)>,
-}
-
-impl OnSurface {
-    /// The node that every pixel of a frame takes its class from.
-    fn nodes(&self, frame: usize) -> Vec<u32> {
-        let shown = self.surface.nodes_of(frame).unpack();
-        let (number, frame) = (frame, &self.scene.frames[frame]);
-        let images = self.import.as_deref().map(|import| LabelImages {
-            scene: &self.scene,
-            surface: &self.surface,
-            posterior: &self.posterior,
-            import,
-            number,
-        });
-        match frame.depth() {
-            Some(depth) if self.surface.is_sharp => {
-                let (nodes, labels) = (self.surface.graph.nodes(), &self.posterior.labels);
-                let chosen = nodes_at_borders(frame, &depth, &shown, nodes, labels);
-                match images {
-                    Some(images) => images.nodes_where_exact(&shown, chosen),
-                    None => chosen,
-                }
-            }
-            _ => {
-                let superpixels = || self.surface.superpixels.of_frame(number, frame);
-                nodes_along_edges(frame, &shown, &self.posterior, images, superpixels)
-            }
-        }
-    }
-
-    fn labels(&self, frame: usize, nodes: &[u32]) -> Vec<ClassId> {
-        self.read(frame, nodes, (&self.posterior.labels, VOID), |class| class)
-    }
-
-    fn entropy(&self, frame: usize, nodes: &[u32]) -> Vec<u16> {
-        self.read(frame, nodes, (&self.posterior.entropy, self.unknown), |_| 0)
-    }
-
-    fn confidence(&self, frame: usize, nodes: &[u32]) -> Vec<u16> {
-        self.read(frame, nodes, (&self.posterior.confidence, 0), |_| CERTAIN)
-    }
-
-    /// Labelled pixels have no second class.
-    fn runners_up(&self, frame: usize, nodes: &[u32]) -> Vec<ClassId> {
-        self.read(frame, nodes, (&self.posterior.runners_up, VOID), |_| VOID)
-    }
-
-    /// The number of every pixel's object, 0 where it has none: that of its node, if that has the pixel's class, or that
-    /// of the trusted image or of the stroke that painted it.
-    fn objects(
-        &self,
-        frame: usize,
-        (nodes, labels): (&[u32], &[ClassId]),
-        objects: &SurfaceObjects,
-    ) -> Vec<u16> {
-        let known = &self.posterior.labels;
-        let of_node = |(&node, &label): (&u32, &ClassId)| match known.get(node as usize) {
-            Some(&class) if class == label => objects.of_node(node).map_or(0, ObjectId::number),
-            _ => 0,
-        };
-        let mut pixels: Vec<u16> = nodes.iter().zip(labels).map(of_node).collect();
-        let image = self.trusted(frame, pixels.len());
-        if let Some((image, objects)) = image.and_then(|image| Some((image, image.objects()?))) {
-            let said = image.labels().into_iter().zip(objects);
-            for ((pixel, label), (class, object)) in pixels.iter_mut().zip(labels).zip(said) {
-                if let Some(object) = object.filter(|_| *label == class) {
-                    *pixel = object.number();
-                }
-            }
-        }
-        for (pixel, label) in &self.painted {
-            let is_shown = labels[*pixel as usize] == label.class;
-            if let Some(object) = label.object.filter(|_| is_shown) {
-                pixels[*pixel as usize] = object.number();
-            }
-        }
-        pixels
-    }
-
-    /// The trusted image of a frame with this number of pixels.
-    fn trusted(&self, frame: usize, pixels: usize) -> Option<&ImportedMap> {
-        let image = self.import.as_deref()?.trusted()?.of_frame(frame);
-        image.filter(|image| image.pixels() == pixels)
-    }
-
-    /// The value of every pixel: that of its node, or that of pixels `without` one; labelled pixels have what `said`
-    /// gives for their class.
-    fn read(
-        &self,
-        frame: usize,
-        nodes: &[u32],
-        (values, without): (&[u16], u16),
-        said: impl Fn(ClassId) -> u16,
-    ) -> Vec<u16> {
-        // No surface has as many nodes as `NO_NODE`.
-        let value = |&node: &u32| values.get(node as usize).copied().unwrap_or(without);
-        let mut pixels: Vec<u16> = nodes.iter().map(value).collect();
-        if let Some(image) = self.trusted(frame, pixels.len()) {
-            for (pixel, class) in pixels.iter_mut().zip(image.labels()) {
-                if class != VOID {
-                    *pixel = said(class);
-                }
-            }
-        }
-        for &(pixel, label) in &self.painted {
-            pixels[pixel as usize] = said(label.class);
-        }
-        // Hidden pixels are no part of the scene: they are void for certain.
-        for pixel in self.scene.frames[frame].hidden_pixels() {
-            pixels[pixel] = said(VOID);
-        }
-        pixels
-    }
-}
-
 impl FrameMap {
     /// Wraps the class and entropy of every pixel; `None` unless there are `width * height` of both.
     pub fn new(
@@ -253,17 +121,6 @@ impl FrameMap {
                 source: None,
             },
         }
-    }
-
-    /// The same map by the posterior of all nodes, in which those that the frame shows are as they were.
-    pub(super) fn on_whole(mut self, posterior: Arc<Posterior>) -> Self {
-        if let MapPixels::Listed {
-            source: Some(shown), ..
-        } = &mut self.pixels
-        {
-            (shown.posterior, shown.is_whole) = (posterior, true);
-        }
-        self
     }
 
     /// The same map with its pixels looked up, for reading more than one thing of it.
@@ -331,11 +188,10 @@ impl FrameMap {
     /// The surface that the map follows from, and the posterior of its nodes; `None` for a map that was made pixel by
     /// pixel, such as one of a project file, or before the rest of the scene followed.
     pub fn surface(&self) -> Option<(&Arc<Surface>, &Arc<Posterior>)> {
-        let shown = match &self.pixels {
-            MapPixels::Listed { source, .. } => source.as_ref()?,
-            MapPixels::OnSurface(shown) => shown,
-        };
-        shown.is_whole.then_some((&shown.surface, &shown.posterior))
+        match &self.pixels {
+            MapPixels::Listed { source, .. } => source.as_ref()?.surface(),
+            MapPixels::OnSurface(shown) => shown.surface(),
+        }
     }
 
     /// Most likely class of every pixel; void where nothing is known or a stroke says so.
@@ -434,8 +290,9 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::labels::Label;
     use crate::scene::testing::{bend, wall};
-    use crate::scene::{ColorImage, DepthMap, Pixels};
+    use crate::scene::{ColorImage, DepthMap, Pixels, Scene};
     use crate::semantics::testing::{loose, node};
     use crate::semantics::{NO_NODE, NodeMap};
 
@@ -470,7 +327,7 @@ mod tests {
             posterior: Arc::new(posterior),
             unknown,
             import: None,
-            is_whole: true,
+            whole: None,
             painted,
         };
         FrameMap::on_surface((0, 9), shown)

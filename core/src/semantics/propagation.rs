@@ -3,13 +3,13 @@
 mod preview;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rustc_hash::FxHashMap;
 
 pub use preview::Preview;
 
-use super::map::OnSurface;
+use super::on_surface::OnSurface;
 use super::posterior::NodeSummary;
 use super::strays::strays;
 use super::{
@@ -88,31 +88,36 @@ impl LabelPropagation {
         }
     }
 
-    /// The same, and tells the map of a frame as soon as what it shows is known, before the rest of the scene is. That map
-    /// has no [surface](FrameMap::surface) yet; returned is the same with it. Nothing is told where all had to be computed,
-    /// or where imported images count: they are read across frames.
+    /// The same, and tells the map of a frame as soon as what it shows is known, before the rest of the scene is; until then
+    /// that map has no [surface](FrameMap::surface). Returns whether it did: nothing is told where all had to be computed, or
+    /// where imported images count, as they are read across frames.
     pub fn set_labels_seen_in(
         &mut self,
         (scene, labels): (&Arc<Scene>, &LabelSet),
         (frame, generation): (usize, u64),
         tell: impl FnOnce(FrameMap),
-    ) -> Option<FrameMap> {
-        let changed = self.spread(scene, labels)?;
+    ) -> bool {
+        let Some(changed) = self.spread(scene, labels) else {
+            return false;
+        };
         if self.import.is_some() {
             self.update(&changed);
-            return None;
+            return false;
         }
         let is_shown = self.shown_in(frame);
         let (seen, others): (Vec<u32>, Vec<u32>) = changed.iter().partition(|&&node| is_shown[node as usize]);
         self.update(&seen);
-        let mut map = self.on_surface(scene, frame, Arc::clone(&self.posterior));
-        map.is_whole = false;
-        let map = FrameMap::on_surface((frame, generation), map)
-            .looked_up()
-            .into_owned();
-        tell(map.clone());
+        let whole = Arc::new(OnceLock::new());
+        let shown = OnSurface {
+            whole: Some(Arc::clone(&whole)),
+            ..self.on_surface(scene, frame)
+        };
+        let map = FrameMap::on_surface((frame, generation), shown);
+        tell(map.looked_up().into_owned());
         self.update(&others);
-        Some(map.on_whole(Arc::clone(&self.posterior)))
+        // It is set nowhere else.
+        let _ = whole.set(Arc::clone(&self.posterior));
+        true
     }
 
     /// Spreads these labels in place of those before; returns the nodes whose classes then have to be updated, ascending,
@@ -250,20 +255,19 @@ impl LabelPropagation {
 
     /// The dense map of a frame. Painted pixels have the class of their stroke, and those of trusted images theirs.
     pub fn map(&self, scene: &Arc<Scene>, frame: usize, generation: u64) -> FrameMap {
-        let shown = self.on_surface(scene, frame, Arc::clone(&self.posterior));
-        FrameMap::on_surface((frame, generation), shown)
+        FrameMap::on_surface((frame, generation), self.on_surface(scene, frame))
     }
 
     /// What the map of a frame is looked up from.
-    fn on_surface(&self, scene: &Arc<Scene>, frame: usize, posterior: Arc<Posterior>) -> OnSurface {
+    fn on_surface(&self, scene: &Arc<Scene>, frame: usize) -> OnSurface {
         let painted = self.painted.get(&frame).into_iter().flatten();
         OnSurface {
             scene: Arc::clone(scene),
             surface: Arc::clone(&self.surface),
-            posterior,
+            posterior: Arc::clone(&self.posterior),
             unknown: NodeSummary::unknown(self.classes.len()).entropy,
             import: self.import.clone(),
-            is_whole: true,
+            whole: None,
             painted: painted.map(|(&pixel, &said)| (pixel, self.label(said))).collect(),
         }
     }

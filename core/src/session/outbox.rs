@@ -40,11 +40,6 @@ impl Outbox {
         }
     }
 
-    /// Keeps a map that shows what the one before it does, so that nobody has to look again.
-    pub(super) fn keep(&self, map: FrameMap) {
-        self.maps.publish(map);
-    }
-
     /// The newest map of a frame.
     pub(super) fn map(&self, frame: usize) -> Option<Arc<FrameMap>> {
         self.maps.get(frame)

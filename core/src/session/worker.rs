@@ -55,8 +55,8 @@ pub(super) struct Worker<'a> {
     rendering: Option<ViewRendering>,
     /// Frames whose maps are out of date, in the order in which they are made.
     stale: VecDeque<usize>,
-    /// The map of a stale frame that has been told before the rest of the scene followed.
-    seen: Option<FrameMap>,
+    /// The stale frame whose map has been told before the rest of the scene followed.
+    seen: Option<usize>,
     suggestions_due: bool,
     suggesting: Option<Background<Vec<Suggestion>>>,
     /// The frames that suggestions are shown in; `None` = all.
@@ -166,13 +166,13 @@ impl Worker<'_> {
                 self.check_anew();
                 if let Some(propagation) = &mut self.propagation {
                     let said = (&self.scene, &self.labels);
-                    let seen = timed(&mut self.seconds.semantics, || {
+                    let is_told = timed(&mut self.seconds.semantics, || {
                         propagation.set_labels_seen_in(said, (self.view, generation), |map| {
                             self.outbox.publish(map);
                         })
                     });
                     self.refresh_all();
-                    self.seen = seen;
+                    self.seen = is_told.then_some(self.view);
                 }
                 self.import_if_due();
             }

@@ -42,8 +42,8 @@ pub struct FrameView {
     since: Version,
     /// What was asked of the thread last.
     wanted: Option<Wanted>,
-    /// The map whose objects were asked for last, and the generation of the labels then.
-    asked_objects: Option<(Version, u64)>,
+    /// The map whose objects were asked for last, with whether it had a surface and the generation of the labels then.
+    asked_objects: Option<(Version, bool, u64)>,
 }
 
 /// What is known of one frame.
@@ -153,18 +153,15 @@ impl FrameView {
             let classes = workspace.document.palette();
             self.known.object_colors.follow(&plane.entries, classes);
         }
-        let tells = |map: &Arc<FrameMap>| map.surface().is_some();
-        // What a click says in view comes before the surface; the map that has it takes the slot without a word.
-        if self.known.newest.as_ref().is_some_and(|map| !tells(map)) {
-            self.take_map(workspace.newest_map(self.frame).filter(tells));
-        }
         let Some(map) = &self.known.newest else {
             return;
         };
-        // With newer labels an older map would show objects for a moment that neither has, and one without a surface none.
+        // With newer labels an older map would show objects for a moment that neither has, and one without a surface none:
+        // what a click says in view comes before the rest of the scene.
         let generation = workspace.document.generation();
-        let may_ask = map.generation == generation && tells(map) || self.known.objects.is_none();
-        let asked = (map.version(), generation);
+        let has_surface = map.surface().is_some();
+        let may_ask = map.generation == generation && has_surface || self.known.objects.is_none();
+        let asked = (map.version(), has_surface, generation);
         if may_ask && self.asked_objects != Some(asked) {
             self.asked_objects = Some(asked);
             self.objects.ask(Question {

@@ -414,19 +414,18 @@ impl Window {
         self.harness.run_steps(3);
     }
 
-    /// The worker answers the present labels as they spread over a wall, with a map of the frame in view.
+    /// The worker answers the present labels as they spread over a wall, with a map of the frame in view: before the rest of
+    /// the scene follows, and then with its surface.
     pub fn spread(&mut self) {
         let mut spread = LabelPropagation::new(wall());
-        let (scene, generation) = (Arc::clone(&self.workspace().scene), self.generation());
-        spread.set_labels(&scene, self.labels());
-        let frame = self.frame_index();
-        let map = spread.map(&scene, frame, generation).looked_up().into_owned();
-        // First what a click says in view, without its surface; the whole map takes its place without a word.
-        let (labels, entropy) = (map.labels().into_owned(), map.entropy().into_owned());
-        let in_view = FrameMap::new(frame, generation, [WIDTH, HEIGHT], labels, entropy);
-        self.worker().maps.publish(in_view.unwrap());
-        self.tell(Event::Map { frame, generation });
-        self.worker().maps.publish(map);
+        let (scene, labels) = (Arc::clone(&self.workspace().scene), self.labels().clone());
+        let (frame, generation) = (self.frame_index(), self.generation());
+        spread.set_labels(&scene, &LabelSet::of_classes(labels.classes.clone()));
+        let is_told = spread.set_labels_seen_in((&scene, &labels), (frame, generation), |map| {
+            self.worker().maps.publish(map);
+            self.tell(Event::Map { frame, generation });
+        });
+        assert!(is_told);
         self.tell(Event::AllMaps { generation });
     }
 

@@ -81,7 +81,8 @@ impl LabelPropagation {
         let mut posterior = Posterior::clone(&self.posterior);
         posterior.update(&evidence, &changed);
 
-        let mut map = self.on_surface(scene, stroke.frame, Arc::new(posterior));
+        let mut map = self.on_surface(scene, stroke.frame);
+        map.posterior = Arc::new(posterior);
         map.painted
             .extend(pixels.into_iter().map(|pixel| (pixel, stroke.class.into())));
         let map = FrameMap::on_surface((stroke.frame, now.generation), map);

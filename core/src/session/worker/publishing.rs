@@ -40,8 +40,7 @@ impl Worker<'_> {
         }
         let start = Instant::now();
         while let Some(frame) = self.stale.pop_front() {
-            if let Some(seen) = self.seen.take_if(|seen| seen.frame == frame) {
-                self.outbox.keep(seen);
+            if self.seen == Some(frame) {
                 continue;
             }
             let map = propagation.map(&self.scene, frame, self.generation);
