@@ -1,5 +1,7 @@
 //! The semantic field: class logits by the radiance field's features and a grid of its own, trained continuously.
 
+mod network;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -9,14 +11,13 @@ use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 
+use self::network::{HIDDEN, Network, fitting};
 use super::places::CompositedPlaces;
 use super::{RayTargets, SoftTargets};
 use crate::field::kernels::{Adam, Dispatch, Wanted, encode};
 use crate::field::{GridShape, OccupancyGrid, RadianceField, Ray, Samples, Sampling};
 use crate::labels::ClassId;
 
-/// Width of the hidden layer.
-const HIDDEN: usize = 64;
 /// Learning rates of the networks and of the grid.
 const NETWORK_RATE: f32 = 0.005;
 const GRID_RATE: f32 = 0.02;
@@ -49,76 +50,6 @@ pub struct SemanticField {
     appearance: Network,
     residual: Network,
     grid: SemanticGrid,
-}
-
-/// A network with one hidden layer and the steps that it was trained for.
-#[derive(Debug)]
-struct Network {
-    /// Weights of the hidden layer `[inputs, 64]` and of the output `[64, classes]`, and its bias `[classes]`.
-    parameters: [Var; 3],
-    optimisers: [Adam; 3],
-    steps: u64,
-}
-
-/// Names of a network's parameters in a saved model.
-const PARAMETERS: [&str; 3] = ["hidden", "output", "bias"];
-
-impl Network {
-    /// A network of these parameters.
-    fn of(parameters: [&Tensor; 3], steps: u64) -> Result<Self> {
-        let [hidden, output, bias] = parameters.map(Var::from_tensor);
-        let parameters = [hidden?, output?, bias?];
-        let optimisers = [0, 1, 2].map(|index: usize| Adam::new(&parameters[index]));
-        Ok(Self {
-            parameters,
-            optimisers,
-            steps,
-        })
-    }
-
-    /// A network whose hidden layer is random, and its output within `scale` of what is usual. From `earlier`, a network
-    /// of other classes, it takes over the hidden layer and what leads to the classes in both: `known` tells the number
-    /// that a class had there.
-    fn new(
-        (inputs, outputs): (usize, usize),
-        scale: f32,
-        earlier: Option<&Self>,
-        known: &[Option<usize>],
-        rng: &mut SmallRng,
-    ) -> Result<Self> {
-        let mut layer = |inputs: usize, outputs: usize, scale: f32| -> Vec<f32> {
-            let bound = (6.0 / (inputs + outputs) as f32).sqrt();
-            (0..inputs * outputs)
-                .map(|_| scale * rng.random_range(-bound..bound))
-                .collect()
-        };
-        let mut hidden = Tensor::from_vec(layer(inputs, HIDDEN, 1.0), (inputs, HIDDEN), &Device::Cpu)?;
-        let mut output = layer(HIDDEN, outputs, scale);
-        let mut bias = vec![0.0; outputs];
-        if let Some(earlier) = earlier {
-            let [old_hidden, old_output, old_bias] = &earlier.parameters;
-            hidden = old_hidden.copy()?;
-            let old_output: Vec<Vec<f32>> = old_output.to_vec2()?;
-            let old_bias: Vec<f32> = old_bias.to_vec1()?;
-            for (column, old) in known.iter().enumerate() {
-                if let Some(old) = *old {
-                    bias[column] = old_bias[old];
-                    for (row, values) in old_output.iter().enumerate() {
-                        output[row * outputs + column] = values[old];
-                    }
-                }
-            }
-        }
-        let output = Tensor::from_vec(output, (HIDDEN, outputs), &Device::Cpu)?;
-        let bias = Tensor::from_vec(bias, outputs, &Device::Cpu)?;
-        Self::of([&hidden, &output, &bias], 0)
-    }
-
-    /// Logits `[n, classes]` of inputs `[n, inputs]`.
-    fn logits(&self, inputs: &Tensor) -> Result<Tensor> {
-        let [hidden, output, bias] = &self.parameters;
-        inputs.matmul(hidden)?.relu()?.matmul(output)?.broadcast_add(bias)
-    }
 }
 
 /// A hash grid that belongs to the semantic field.
@@ -429,11 +360,9 @@ impl SemanticField {
             ("semantics.table".to_owned(), self.grid.table.copy()?),
         ]);
         for (name, network) in [("appearance", &self.appearance), ("residual", &self.residual)] {
-            for (part, parameter) in PARAMETERS.iter().zip(&network.parameters) {
-                tensors.insert(format!("semantics.{name}.{part}"), parameter.copy()?);
+            for (part, tensor) in network.state()? {
+                tensors.insert(format!("semantics.{name}.{part}"), tensor);
             }
-            let steps = Tensor::new(&[network.steps as u32], &Device::Cpu)?;
-            tensors.insert(format!("semantics.{name}.steps"), steps);
         }
         Ok(tensors)
     }
@@ -441,24 +370,18 @@ impl SemanticField {
     /// A semantic field from saved parameters; `None` where there is none that fits a radiance field of this feature
     /// width and a grid of this shape.
     pub fn restored(tensors: &HashMap<String, Tensor>, features: usize, shape: GridShape) -> Option<Self> {
-        let saved = |name: &str, dims: &[usize]| {
-            let tensor = tensors.get(&format!("semantics.{name}"))?;
-            (tensor.dims() == dims && tensor.dtype() == DType::F32).then_some(tensor)
-        };
-        let ids: Vec<u32> = tensors.get("semantics.classes")?.to_vec1().ok()?;
-        let count = ids.len();
+        let saved = |name: &str| tensors.get(&format!("semantics.{name}"));
+        let ids: Vec<u32> = saved("classes")?.to_vec1().ok()?;
         let classes = ids.into_iter().map(|id| ClassId::try_from(id).ok());
         let classes: Vec<ClassId> = classes.collect::<Option<_>>()?;
         let network = |name: &str, inputs: usize| {
-            let dims: [&[usize]; 3] = [&[inputs, HIDDEN], &[HIDDEN, count], &[count]];
-            let part = |index: usize| saved(&format!("{name}.{}", PARAMETERS[index]), dims[index]);
-            let steps: Vec<u32> = tensors.get(&format!("semantics.{name}.steps"))?.to_vec1().ok()?;
-            Network::of([part(0)?, part(1)?, part(2)?], u64::from(*steps.first()?)).ok()
+            let saved = |part: &str| saved(&format!("{name}.{part}"));
+            Network::restored(saved, (inputs, classes.len()))
         };
         let appearance = network("appearance", features)?;
         let residual = network("residual", features + shape.features())?;
-        let table = saved("table", &[shape.rows(), 2])?.copy().ok()?;
-        (count > 0).then_some(Self {
+        let table = fitting(saved("table")?, &[shape.rows(), 2])?.copy().ok()?;
+        (!classes.is_empty()).then_some(Self {
             classes,
             appearance,
             residual,
