@@ -13,7 +13,6 @@ mod window;
 use std::error::Error;
 use std::fmt;
 use std::io::{self, ErrorKind, Write};
-use std::process;
 use std::time::Instant;
 
 use inplace_core::scene::demo::Shot;
@@ -24,13 +23,11 @@ use crate::arguments::{Arguments, Command};
 pub type Failure = Box<dyn Error + Send + Sync>;
 
 /// Prints a line. That somebody has stopped reading, as `head` does, is no failure; all else is.
-pub fn print(line: fmt::Arguments<'_>) {
-    if let Err(error) = writeln!(io::stdout(), "{line}")
-        && error.kind() != ErrorKind::BrokenPipe
-    {
-        eprintln!("inplace: the results cannot be printed: {error}");
-        process::exit(1);
-    }
+pub fn print(line: fmt::Arguments<'_>) -> Result<(), Failure> {
+    writeln!(io::stdout(), "{line}").or_else(|error| match error.kind() {
+        ErrorKind::BrokenPipe => Ok(()),
+        _ => Err(format!("the results cannot be printed: {error}").into()),
+    })
 }
 
 /// Does what the command line asks for, in a program that started then.

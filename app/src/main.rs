@@ -1,7 +1,7 @@
 //! Inplace: labels a whole scene from a few clicks.
 #![forbid(unsafe_code)]
 
-/// In place of that of std, which panics where nobody reads any more.
+/// In place of that of std, which panics where nobody reads any more; this one is a `Result`.
 macro_rules! println {
     ($($line:tt)*) => {
         $crate::commands::print(format_args!($($line)*))

@@ -136,6 +136,20 @@ fn a_reader_that_stops_early_is_no_failure() {
     assert!(ended.status.success() && !told.contains("panicked"), "{told}");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn results_that_cannot_be_printed_are_a_failure() {
+    let root = tempfile::tempdir().unwrap();
+    let mut demo = inplace();
+    demo.args("demo --frames 2 --size 64x48 --out".split(' '));
+    demo.arg(root.path().join("demo"));
+    let ended = demo.stdout(fs::File::create("/dev/full").unwrap()).output();
+    let ended = ended.unwrap();
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{told}");
+    assert!(told.contains("the results cannot be printed"), "{told}");
+}
+
 #[test]
 fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     let small = Small::get();

@@ -62,11 +62,10 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
         export::write_json(&out.join("comparison.json"), &agreement)?;
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&agreement)?);
+        println!("{}", serde_json::to_string_pretty(&agreement)?)
     } else {
-        println!("{}", table(&agreement).trim_end());
+        println!("{}", table(&agreement).trim_end())
     }
-    Ok(())
 }
 
 fn table(agreement: &Agreement) -> String {

@@ -39,6 +39,5 @@ pub fn run(out: &Path, shot: demo::Shot) -> Result<(), Failure> {
         "wrote {} frames with depth and labels: {}",
         scene.frames.len(),
         out.display()
-    );
-    Ok(())
+    )
 }

@@ -103,7 +103,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
                     println!(
                         "the budget of {seconds} s ended training after {} steps; --budget gives it more",
                         status.steps
-                    );
+                    )?;
                 }
                 maps
             }
@@ -139,8 +139,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         written.files,
         written.unchanged,
         arguments.out.display()
-    );
-    Ok(())
+    )
 }
 
 /// Whether the maps that a project holds say all that is asked for: objects and probabilities are told by the surface,

@@ -29,11 +29,10 @@ pub fn run(argument: &Path, outside_files: bool, as_json: bool) -> Result<(), Fa
     drop(progress);
     let facts = facts(&scene, &agreement, refinement.and_then(Result::ok))?;
     if as_json {
-        println!("{facts:#}");
+        println!("{facts:#}")
     } else {
-        print(&facts, &agreement, refinement.as_ref());
+        print(&facts, &agreement, refinement.as_ref())
     }
-    Ok(())
 }
 
 fn facts(scene: &Scene, agreement: &Agreement, refinement: Option<PoseRefinement>) -> Result<Value, Failure> {
@@ -75,7 +74,11 @@ fn facts(scene: &Scene, agreement: &Agreement, refinement: Option<PoseRefinement
     }))
 }
 
-fn print(facts: &Value, agreement: &Agreement, refinement: Option<&Result<PoseRefinement, Unrefined>>) {
+fn print(
+    facts: &Value,
+    agreement: &Agreement,
+    refinement: Option<&Result<PoseRefinement, Unrefined>>,
+) -> Result<(), Failure> {
     let text = |key: &str| match &facts[key] {
         Value::String(text) => text.clone(),
         Value::Array(values) => values
@@ -85,20 +88,20 @@ fn print(facts: &Value, agreement: &Agreement, refinement: Option<&Result<PoseRe
             .join(" "),
         other => other.to_string(),
     };
-    println!("scene       {}", text("scene"));
-    println!("format      {}", text("format"));
+    println!("scene       {}", text("scene"))?;
+    println!("format      {}", text("format"))?;
     println!(
         "frames      {} of {} x {} pixels",
         text("frames"),
         text("width"),
         text("height")
-    );
+    )?;
     if facts["keyframes"] != facts["frames"] {
-        println!("keyframes   {} of {}", text("keyframes"), text("frames"));
+        println!("keyframes   {} of {}", text("keyframes"), text("frames"))?;
     }
-    println!("intrinsics  fx fy cx cy = {}", text("intrinsics"));
+    println!("intrinsics  fx fy cx cy = {}", text("intrinsics"))?;
     if facts["frames_with_distortion"] != 0 {
-        println!("distortion  undone in {} frames", text("frames_with_distortion"));
+        println!("distortion  undone in {} frames", text("frames_with_distortion"))?;
     }
     match facts["depth_coverage"].as_f64() {
         Some(coverage) => println!(
@@ -107,35 +110,36 @@ fn print(facts: &Value, agreement: &Agreement, refinement: Option<&Result<PoseRe
             100.0 * coverage
         ),
         None => println!("depth       none"),
-    }
+    }?;
     if facts["sparse_points"] != 0 {
         println!(
             "points      {} in {} frames",
             text("sparse_points"),
             text("frames_with_points")
-        );
+        )?;
     }
-    println!("labels      in {} frames (not used)", text("frames_with_labels"));
+    println!("labels      in {} frames (not used)", text("frames_with_labels"))?;
     println!(
         "bounds      {} to {} m",
         text("bounds_min_m"),
         text("bounds_max_m")
-    );
+    )?;
     for line in agreement_lines(agreement) {
-        println!("agreement   {line}");
+        println!("agreement   {line}")?;
     }
     match refinement {
         Some(Ok(refinement)) => println!("poses       {refinement}"),
         Some(Err(reason)) => println!("poses       used as they are: {reason}"),
-        None => {}
-    }
-    println!("model       {}", text("capacity"));
+        None => Ok(()),
+    }?;
+    println!("model       {}", text("capacity"))?;
     for note in facts["notes"].as_array().into_iter().flatten() {
-        println!("note        {}", note.as_str().unwrap_or_default());
+        println!("note        {}", note.as_str().unwrap_or_default())?;
     }
     for warning in facts["warnings"].as_array().into_iter().flatten() {
-        println!("warning     {}", warning.as_str().unwrap_or_default());
+        println!("warning     {}", warning.as_str().unwrap_or_default())?;
     }
+    Ok(())
 }
 
 /// How well poses, cameras and measurements agree, a line each.

@@ -81,7 +81,7 @@ pub fn run(arguments: &LabelArguments) -> Result<(), Failure> {
     if let Err(failure) = &done
         && arguments.json
     {
-        println!("{:#}", json!({ "error": failure.to_string() }));
+        println!("{:#}", json!({ "error": failure.to_string() }))?;
     }
     done
 }
@@ -96,9 +96,8 @@ fn label_unless_finished(arguments: &LabelArguments, start: Instant) -> Result<(
             "{}: was labelled already from the same scene, strokes and options; --force labels it anew",
             arguments.out.display()
         ),
-        None => label(arguments, inputs, options, strokes, start)?,
+        None => label(arguments, inputs, options, strokes, start),
     }
-    Ok(())
 }
 
 /// What the labels follow from.
@@ -225,7 +224,7 @@ fn label(
     export::write_report(&arguments.out, &report)?;
     drop(client);
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        println!("{}", serde_json::to_string_pretty(&report)?)?;
     } else {
         println!(
             "labelled {} frames from {}{} in {:.1} s: {}",
@@ -237,19 +236,19 @@ fn label(
             },
             start.elapsed().as_secs_f64(),
             arguments.out.display()
-        );
+        )?;
         if let Some(refinement) = report.pose_refinement {
-            println!("{refinement}");
+            println!("{refinement}")?;
         }
         if let Some(end) = report.training_end {
             println!(
                 "training ended after {} steps: {}",
                 report.training_steps,
                 end.sentence()
-            );
+            )?;
         }
         if let Some(sentence) = &report.over_budget {
-            println!("{sentence}");
+            println!("{sentence}")?;
         }
     }
     Ok(())
