@@ -100,6 +100,22 @@ fn projects_that_cannot_be_used_are_refused_in_one_sentence() {
 }
 
 #[test]
+fn views_are_not_written_over_the_capture_that_they_are_of() {
+    let disk = OnDisk::default();
+    let (room, path) = (disk.path("room"), disk.path("room.inplace"));
+    let contents = contents_of(&room, Some(&disk.path("strokes.json")));
+    drop(Project::create(&path, &contents).unwrap());
+    let poses = fs::read(room.join("traj_w_c.txt")).unwrap();
+    let mut export = inplace();
+    export.arg("export").arg(&path);
+    export.arg("--out").arg(room.join("rgb/.."));
+    export.arg("--trajectory").arg(room.join("traj_w_c.txt"));
+    assert_refused(&disk, "the capture", export, &["room", "capture itself"]);
+    assert_eq!(fs::read(room.join("traj_w_c.txt")).unwrap(), poses);
+    assert!(!room.join("labels").exists());
+}
+
+#[test]
 fn a_small_fault_is_counted_in_a_warning_and_the_rest_is_labelled() {
     let disk = OnDisk::default();
     fs::remove_file(disk.path("room/rgb/rgb_9.png")).unwrap();

@@ -1,13 +1,14 @@
 //! `inplace export`: a project's labels as a data set, its surface, or views of it.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use inplace_core::export::{self, Format, IdMap, LabelledScene, Options, Views, Written};
 use inplace_core::labels::Class;
 use inplace_core::project::Contents;
-use inplace_core::scene::{Scene, Trajectory};
+use inplace_core::scene::{Scene, SceneSource, Trajectory};
 use inplace_core::semantics::NovelViews;
 use inplace_core::session::{Command, Measured, ModelState, Progress};
 
@@ -52,6 +53,13 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
                 missing.join(", ")
             );
         }
+    }
+    if trajectory.is_some() && is_capture(&arguments.out, &contents.scene.source) {
+        return Err(format!(
+            "{}: is the capture itself, and its poses would be lost; choose another folder with --out",
+            arguments.out.display()
+        )
+        .into());
     }
     export::prepare(&arguments.out, &[])?;
     let session = run::of_project(&contents, &arguments.training, trajectory.is_some());
@@ -140,6 +148,15 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         written.unchanged,
         arguments.out.display()
     )
+}
+
+/// Whether a folder is that of the capture.
+fn is_capture(folder: &Path, source: &SceneSource) -> bool {
+    let SceneSource::Folder(capture) = source else {
+        return false;
+    };
+    let same = folder.canonicalize().ok().zip(capture.canonicalize().ok());
+    same.is_some_and(|(folder, capture)| folder == capture)
 }
 
 /// Whether the maps that a project holds say all that is asked for: objects and probabilities are told by the surface,

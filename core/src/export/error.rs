@@ -30,9 +30,8 @@ pub enum ExportError {
     /// This file is no list of classes that can be used, with what is wrong with it.
     #[error("{}: is no list of classes: {}; name a JSON file [{{\"id\", \"name\", \"color\"}}], or NYU-13, ScanNet-20, Cityscapes, NYU-40 or COCO-Stuff", .0.display(), .1)]
     UnusableIds(PathBuf, String),
-    /// There is nothing right to write into the export's folder, with what is missing or contradicts itself; nothing was
-    /// written.
-    #[error("{}: nothing was exported: {}", .0.display(), .1)]
+    /// The labels cannot be written into the export's folder as they are, with what is missing or contradicts itself.
+    #[error("{}: the labels cannot be exported: {}", .0.display(), .1)]
     Incomplete(PathBuf, String),
 }
 

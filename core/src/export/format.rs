@@ -105,9 +105,9 @@ impl Format {
 /// is written at once: it is called before, with no frame written.
 ///
 /// # Errors
-/// [`ExportError::Incomplete`] unless there is exactly one map of the right size for every frame,
-/// before anything is written, when the classes or a frame cannot be written in this format, or where the surface is to be
-/// written and the maps follow from none; [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
+/// [`ExportError::Incomplete`] before anything is written, unless there is exactly one map of the right size for every
+/// frame, when the classes cannot be written in this format, or where the surface is to be written and the maps follow from
+/// none; and where a frame cannot be written. [`ExportError::Cancelled`]; [`ExportError::Unwritable`].
 pub fn export(
     folder: &Path,
     labelled: LabelledScene<'_>,

@@ -1,5 +1,6 @@
 //! How a data set is laid out on disk, and the writing that all layouts share.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -201,14 +202,11 @@ impl Objects {
             name: object.name.clone(),
         });
         let mut listed: Vec<ExportedObject> = things.collect();
-        let next = listed
-            .iter()
-            .map(|object| object.id)
-            .max()
-            .unwrap_or(0)
-            .saturating_add(1);
+        let used: BTreeSet<u16> = listed.iter().map(|object| object.id).collect();
+        let next = used.last().map_or(1, |last| last.saturating_add(1));
+        let free = (next..=u16::MAX).chain(1..next).filter(|id| !used.contains(id));
         let stuff = ids.classes().iter().filter(|class| !class.thing);
-        listed.extend((next..=u16::MAX).zip(stuff).map(|(id, class)| ExportedObject {
+        listed.extend(free.zip(stuff).map(|(id, class)| ExportedObject {
             id,
             class: class.id,
             thing: false,
@@ -502,7 +500,11 @@ fn in_order<'a>(labelled: LabelledScene<'a>) -> Result<Vec<&'a FrameMap>, Refusa
             return Err(format!("the map of frame \"{stem}\" has another size than the frame").into());
         }
     }
+    let missing = |frame: &Frame| -> Refusal {
+        let stem = &frame.stem;
+        format!("frame \"{stem}\" has no map yet; open the project in the window and save it").into()
+    };
     let maps = map_of.into_iter().zip(&scene.frames);
-    maps.map(|(map, frame)| map.ok_or_else(|| format!("frame \"{}\" has no map yet", frame.stem).into()))
+    maps.map(|(map, frame)| map.ok_or_else(|| missing(frame)))
         .collect()
 }

@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::testing::{export_all, files, labelled_scene};
 use super::*;
 use crate::labels::testing::clicked;
-use crate::labels::{Class, ClassId, History, Stroke, png};
+use crate::labels::{Class, ClassId, History, ObjectId, Stroke, png};
 use crate::scene::testing::{self, wall};
 use crate::scene::{Camera, Scene};
 use crate::semantics::LabelPropagation;
@@ -232,4 +232,36 @@ fn objects_that_are_shown_are_listed_with_the_same_numbers_in_all_frames() {
         "{:?}",
         left.keys()
     );
+}
+
+#[test]
+fn stuff_has_a_number_of_its_own_where_a_thing_has_the_largest() {
+    let scene = Arc::new(wall(3, 64, 48));
+    let mut history = History::default();
+    history.add_classes(&[Class::new(4, "panel"), Class::new(9, "floor")]);
+    history.add_object(Stroke::click(0, 4, [10, 20]), &[]).unwrap();
+    history.add_stroke(Stroke::click(0, 9, [55, 20]));
+    let mut labels = history.labels().clone();
+    let largest = ObjectId::new(u16::MAX).unwrap();
+    labels.objects[0].id = largest;
+    for stroke in labels.strokes.values_mut().filter(|stroke| stroke.class == 4) {
+        Arc::make_mut(stroke).object = Some(largest);
+    }
+    let propagation = propagated(&scene, &labels);
+    let maps: Vec<Arc<FrameMap>> = (0..3)
+        .map(|frame| Arc::new(propagation.map(&scene, frame, 1)))
+        .collect();
+    let labelled = LabelledScene::new(&scene, &labels, &[], &maps);
+    let root = tempfile::tempdir().unwrap();
+    export(root.path(), labelled, Format::Png, &Options::default(), &go_on).unwrap();
+    let list: serde_json::Value = serde_json::from_slice(&files(root.path())["objects.json"]).unwrap();
+    let list = list.as_array().unwrap();
+    let ids_of = |class: u16| -> Vec<u64> {
+        let own = list.iter().filter(|object| object["class_id"] == class);
+        own.map(|object| object["id"].as_u64().unwrap()).collect()
+    };
+    let (panels, floors) = (ids_of(4), ids_of(9));
+    assert!(panels.contains(&u64::from(u16::MAX)), "{panels:?}");
+    assert_eq!(floors.len(), 1);
+    assert!(!panels.contains(&floors[0]), "{floors:?}");
 }
