@@ -74,6 +74,28 @@ fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth()
 }
 
 #[test]
+fn a_session_that_settles_without_a_surface_ends_with_an_error() {
+    let (outbox, options) = (outbox(), options());
+    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
+    // Images of depth in which nothing was measured.
+    let mut empty = half_measured();
+    for frame in &mut empty.frames {
+        let depths = vec![0.0; 64 * 48];
+        frame.set_depth(Some(DepthMap::from_z_depths(&frame.camera, depths)));
+    }
+    worker.refiner = SurfaceRefiner::new(&Arc::new(empty), &worker.trainer, 1.0, 2);
+    worker.handle(Command::Settle).unwrap();
+    let end = Instant::now() + Duration::from_secs(60);
+    let error = loop {
+        if let Err(error) = worker.advance() {
+            break error;
+        }
+        assert!(Instant::now() < end);
+    };
+    assert!(error.to_string().contains("no surface was found"), "{error}");
+}
+
+#[test]
 fn suggestions_and_checks_that_panic_end_with_an_empty_answer_and_a_warning() {
     let (sender, events) = crossbeam_channel::unbounded();
     let (outbox, options) = (Outbox::new(sender, Arc::default(), Box::new(|| {})), options());

@@ -24,22 +24,22 @@ impl Worker<'_> {
             self.seconds.semantics += start.elapsed().as_secs_f64();
             return Ok(true);
         }
-        if self.paused || self.settling {
-            return Ok(false);
-        }
-        let field = self.demand.end(&self.trainer).is_none();
-        if field {
-            timed(&mut self.seconds.geometry, || self.trainer.step())?;
-            self.demand.stepped(&self.trainer);
-        }
-        let end = self.demand.end(&self.trainer);
-        self.refiner.start_if_due(&self.trainer, end);
+        let field = !self.settling && self.demand.end(&self.trainer).is_none();
         if self.propagation.is_none() && !field && self.refiner.is_done() {
             return Err(WorkerError::Other(format!(
                 "{}: no surface was found; check that the frames overlap and that the poses belong to them",
                 self.options.source
             )));
         }
+        if self.paused || self.settling {
+            return Ok(false);
+        }
+        if field {
+            timed(&mut self.seconds.geometry, || self.trainer.step())?;
+            self.demand.stepped(&self.trainer);
+        }
+        let end = self.demand.end(&self.trainer);
+        self.refiner.start_if_due(&self.trainer, end);
         Ok(self.train_semantics(field)? || field)
     }
 
