@@ -70,8 +70,8 @@ impl Layout for Voc {
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Segmentations), Refusal> {
         let stem = frame.stem();
-        if stem.starts_with('#') || stem.trim() != stem {
-            let reason = "its name cannot stand in default.txt, where # starts a comment and blanks around a name are lost; rename its image";
+        if stem.starts_with('#') || stem.trim() != stem || stem.contains(['\n', '\r']) {
+            let reason = "its name cannot stand in default.txt, a line for each, where # starts a comment and blanks around a name are lost; rename its image";
             return Err(reason.into());
         }
         let [width, height] = frame.size;
@@ -163,6 +163,18 @@ fn archive(files: &[(String, &[u8])]) -> zip::result::ZipResult<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::export::testing;
+
+    #[test]
+    fn frames_whose_names_cannot_stand_in_the_image_set_are_refused() {
+        let (mut scene, classes) = (testing::scene(), testing::classes());
+        for name in ["#1", " rgb_1", "rgb\n1"] {
+            scene.frames[0].stem = name.to_owned();
+            let frame = testing::labelled(&scene, testing::SIZE, &classes, testing::labels(0));
+            let error = Voc.frame(&frame).map(|_| ()).unwrap_err().to_string();
+            assert!(error.contains("default.txt"), "{error}");
+        }
+    }
 
     #[test]
     fn classes_that_cannot_stand_in_the_label_map_are_named() {
