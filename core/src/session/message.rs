@@ -59,7 +59,7 @@ impl From<Arc<ModelState>> for Saved {
 /// What the worker is asked to do.
 #[derive(Clone, Debug)]
 pub enum Command {
-    /// The labels have changed. Maps made from them carry the same generation.
+    /// The labels have changed. Maps made from them carry the same generation. Of several that wait the newest are followed.
     Labels {
         /// All labels.
         labels: LabelSet,

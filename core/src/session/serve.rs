@@ -31,33 +31,31 @@ impl From<candle_core::Error> for WorkerError {
     }
 }
 
-/// Handles the early commands, then works and handles commands until one says stop or all senders are gone.
+/// Handles the early commands, then works and handles commands until one says stop or all senders are gone. Of several
+/// label sets that wait the newest alone is followed: a key that is held down must not leave a queue behind.
 pub(super) fn serve(
     worker: &mut Worker<'_>,
     early: Vec<Command>,
     commands: &Receiver<Command>,
 ) -> Result<(), WorkerError> {
-    for command in early {
-        if !worker.handle(command)? {
-            return Ok(());
-        }
-    }
+    let is_labels = |command: &Command| matches!(command, Command::Labels { .. });
+    let mut waiting = early;
     worker.report_status();
     loop {
-        while let Ok(command) = commands.try_recv() {
-            if !worker.handle(command)? {
+        waiting.extend(commands.try_iter());
+        let newest = waiting.iter().rposition(is_labels);
+        let is_idle = waiting.is_empty();
+        for (number, command) in waiting.drain(..).enumerate() {
+            let is_outdated = is_labels(&command) && Some(number) != newest;
+            if !is_outdated && !worker.handle(command)? {
                 return Ok(());
             }
         }
-        if worker.advance()? {
+        if !is_idle || worker.advance()? {
             continue;
         }
         match commands.recv_timeout(NAP) {
-            Ok(command) => {
-                if !worker.handle(command)? {
-                    return Ok(());
-                }
-            }
+            Ok(command) => waiting.push(command),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }

@@ -1,8 +1,10 @@
 use std::time::{Duration, Instant};
 
 use super::*;
+use crate::labels::testing::clicked;
 use crate::scene::DepthMap;
 use crate::scene::testing::wall;
+use crate::session::serve::serve;
 use crate::session::tests::options;
 
 /// A wall whose upper half has no depth: there is something to find out.
@@ -71,6 +73,33 @@ fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth()
     advance_until(&mut worker, |worker| worker.propagation.is_some());
     worker.handle(Command::Settle).unwrap();
     assert!(!worker.refiner.is_rendering() && worker.refiner.is_done());
+}
+
+#[test]
+fn of_labels_that_wait_the_newest_alone_are_followed() {
+    let (sender, events) = crossbeam_channel::unbounded();
+    let (outbox, options) = (Outbox::new(sender, Arc::default(), Box::new(|| {})), options());
+    outbox.reset_maps(5);
+    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
+    advance_until(&mut worker, |worker| worker.propagation.is_some());
+    let mut history = clicked(&["dark", "bright"], &[(0, 1, [10, 30])]);
+    let mut labels = |generation: u64| {
+        history.add_stroke(Stroke::click(1, 2, [50, 30 + generation as u32]));
+        let labels = history.labels().clone();
+        Command::Labels { labels, generation }
+    };
+    worker.handle(labels(1)).unwrap();
+    let (commands, waiting) = crossbeam_channel::unbounded();
+    for command in [labels(2), labels(3), Command::Stop] {
+        commands.send(command).unwrap();
+    }
+    events.try_iter().for_each(drop);
+    serve(&mut worker, Vec::new(), &waiting).unwrap();
+    let told = events.try_iter().filter_map(|event| match event {
+        Event::Map { generation, .. } => Some(generation),
+        _ => None,
+    });
+    assert_eq!(told.collect::<Vec<_>>(), [3]);
 }
 
 #[test]
