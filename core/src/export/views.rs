@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::layout::{About, Labelled, Layout, OutputFile, Written, exported};
 use super::pngs::Pngs;
-use super::{ExportError, Options, Refusal};
+use super::{ExportError, Options, Refusal, atomic};
 use crate::labels::{Class, png};
 use crate::scene::{Camera, Frame, Scene, Trajectory, Viewpoint, intrinsics_line, pose_line, z_millimetres};
 use crate::semantics::NovelViews;
@@ -29,7 +29,8 @@ pub struct Views<'a> {
 /// temporary name and renamed.
 ///
 /// `progress` is called with (views written, views in all); when it answers [`ControlFlow::Break`], no further view is
-/// begun. Views that an export of a longer path left in the folder are removed at the end.
+/// begun. What an export of another path left in the folder is removed: its poses at once, so that they are not taken for
+/// those of these views, and views that are more than these at the end.
 ///
 /// # Errors
 /// [`ExportError::Incomplete`] where there is no camera or a view cannot be rendered; [`ExportError::Cancelled`];
@@ -54,6 +55,13 @@ pub fn export_views(
     let folders: Vec<&str> = [&["rgb", "depth"], Pngs::FOLDERS].concat();
     super::prepare(folder, &folders)?;
     super::remove(&folder.join(super::REPORT))?;
+    let capture = capture(scene, trajectory, &camera);
+    for OutputFile { path, bytes } in &capture {
+        let path = folder.join(path);
+        if !atomic::holds(&path, bytes) {
+            super::remove(&path)?;
+        }
+    }
     let mut written = Written::default();
     let total = trajectory.poses.len();
     for (number, pose) in trajectory.poses.iter().enumerate() {
@@ -76,7 +84,7 @@ pub fn export_views(
         objects: None,
     };
     let mut index = Pngs.index(about, Vec::new()).map_err(incomplete)?;
-    index.extend(capture(scene, trajectory, &camera));
+    index.extend(capture);
     index.iter().try_for_each(|file| written.write(folder, file))?;
     folders
         .iter()
@@ -129,7 +137,6 @@ fn capture(scene: &Scene, trajectory: &Trajectory, camera: &Camera) -> [OutputFi
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
     use std::sync::Arc;
 
     use glam::{DAffine3, Mat3};
@@ -268,7 +275,7 @@ mod tests {
         trajectory.poses = vec![pose; 10];
         let error = taught.export(root.path(), &trajectory).unwrap_err();
         assert!(error.to_string().contains("9 of 10"), "{error}");
-        let text = fs::read_to_string(root.path().join("traj_w_c.txt")).unwrap();
-        assert_eq!(text.lines().count(), 1, "those of the export before");
+        let poses = root.path().join("traj_w_c.txt");
+        assert!(!poses.exists(), "those of the export before are of other views");
     }
 }
