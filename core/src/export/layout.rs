@@ -282,6 +282,14 @@ impl OutputFile {
         name.to_string_lossy().into_owned()
     }
 
+    /// Whether it would be new in the folder of this image of the capture: over it, or beside it as another.
+    fn is_among(&self, folder: &Path, image: &Path) -> bool {
+        let path = folder.join(&self.path);
+        let parent = |path: &Path| path.parent()?.canonicalize().ok();
+        let own = parent(&path);
+        own.is_some() && own == parent(image) && !atomic::holds(&path, &self.bytes)
+    }
+
     /// Writes it into an export's folder, unless it is there already; whether it was not.
     pub(super) fn write(&self, folder: &Path) -> Result<bool, ExportError> {
         let path = folder.join(&self.path);
@@ -400,6 +408,11 @@ pub(super) fn write<L: Layout>(
             .map_err(|reason| {
                 ExportError::incomplete(folder, format!("frame \"{}\": {reason}", frame.stem))
             })?;
+        if let Some(file) = written.iter().find(|file| file.is_among(folder, &frame.path)) {
+            let name = file.path.display();
+            let reason = format!("{name} would lie among the capture's own images; choose another folder");
+            return Err(ExportError::incomplete(folder, reason));
+        }
         write_files(written)?;
         let done = frames.fetch_add(1, Ordering::Relaxed) + 1;
         if progress(done, maps.len()).is_break() {

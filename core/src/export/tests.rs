@@ -179,6 +179,30 @@ fn strokes_on_vanished_frames_are_not_exported() {
     assert_eq!(json["strokes"][0]["frame"], "rgb_0");
 }
 
+#[test]
+fn an_export_into_the_folder_of_the_capture_leaves_its_images_alone() {
+    let root = tempfile::tempdir().unwrap();
+    let mut scene = scene(&["rgb_0"]);
+    let (classes, maps) = ([Class::new(1, "wall")], [map(0, [1; 6])]);
+    for folder in ["color", "images"] {
+        fs::create_dir(root.path().join(folder)).unwrap();
+    }
+    let photo = png::encode_rgb(3, 2, &[7; 18]).unwrap();
+    for name in ["color/rgb_0.jpg", "color/rgb_0.png"] {
+        scene.frames[0].path = root.path().join(name);
+        fs::write(&scene.frames[0].path, &photo).unwrap();
+        let error = export_pngs(root.path(), &scene, &classes, &maps, &go_on).unwrap_err();
+        assert!(error.to_string().contains("the capture's own images"), "{error}");
+        assert_eq!(fs::read(&scene.frames[0].path).unwrap(), photo);
+    }
+    // What a data set has a copy of is there already.
+    scene.frames[0].path = root.path().join("images/rgb_0.png");
+    fs::write(&scene.frames[0].path, &photo).unwrap();
+    let options = (Format::CocoInstances, &Options::default());
+    let written = export_all(root.path(), &scene, &classes, &maps, options).unwrap();
+    assert_eq!((written.files, written.unchanged), (1, 1));
+}
+
 /// Of the wall with its dark and its bright half as two objects of one class, and a third class that is stuff and is not
 /// shown.
 #[test]
