@@ -306,6 +306,13 @@ fn maps_that_a_project_holds_are_exported_as_they_are_and_others_are_made_within
     export(&disk, "held", &[]);
     let (_, _, held) = class_ids(&disk.path("held/labels/rgb_3.png"));
     assert!(held.iter().all(|&id| id == class));
+    // They are not of an image that has changed since.
+    let mut changed = contents.clone();
+    changed.scene.frames[3].bytes += 1;
+    drop(Project::create(&path, &changed).unwrap());
+    export(&disk, "changed", &["--budget", "4"]);
+    assert_clicks_hold(&disk.path("changed"), &Small::get().labels());
+    drop(Project::create(&path, &contents).unwrap());
     // Their probabilities are not held.
     export(&disk, "asked", &["--least-probability", "0", "--budget", "4"]);
     assert_clicks_hold(&disk.path("asked"), &Small::get().labels());

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use inplace_core::export::{self, Format, IdMap, LabelledScene, Options, Views, Written};
 use inplace_core::labels::Class;
-use inplace_core::project::Contents;
+use inplace_core::project::{Contents, SceneRecord};
 use inplace_core::scene::{Scene, SceneSource, Trajectory};
 use inplace_core::semantics::NovelViews;
 use inplace_core::session::{Command, Measured, ModelState, Progress};
@@ -22,7 +22,7 @@ const BUDGET: f64 = 20.0;
 
 /// Writes the labels that the project holds, or else those that are learnt now, as a data set or as views along a path.
 ///
-/// - The maps of a project are exported as they are, where they say all that is asked for.
+/// - The maps of a project are exported as they are, where they say all that is asked for and no frame is new or changed.
 /// - Otherwise a saved model gives the surface, without further training; views are rendered once all is learnt.
 /// - Without a model training ends as that of `label` does, or before that by the budget.
 pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
@@ -79,9 +79,14 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         };
         Ok::<_, Failure>((format!("exported {what} as {}", format.name()), written))
     };
-    let (what, written) = if trajectory.is_none() && has_what_is_asked(&contents, arguments) {
-        let read = |done, total| progress.show_share("reading frames", done as f32 / total as f32);
-        let scene = Scene::open(&session.source, open, &read)?;
+    let read = |done, total| progress.show_share("reading frames", done as f32 / total as f32);
+    let is_held = trajectory.is_none() && has_what_is_asked(&contents, arguments);
+    let scene = is_held.then(|| Scene::open(&session.source, open, &read));
+    let is_known = |scene: &Scene| {
+        let mut frames = SceneRecord::of(scene, open).frames.into_iter();
+        frames.all(|frame| contents.scene.frames.contains(&frame))
+    };
+    let (what, written) = if let Some(scene) = scene.transpose()?.filter(is_known) {
         let contents = run::matched(contents, &scene, open)?;
         let (labels, parts) = (contents.history.labels(), contents.parts());
         exported(LabelledScene::new(&scene, labels, &parts, &contents.maps))?

@@ -513,11 +513,7 @@ fn in_order<'a>(labelled: LabelledScene<'a>) -> Result<Vec<&'a FrameMap>, Refusa
             return Err(format!("the map of frame \"{stem}\" has another size than the frame").into());
         }
     }
-    let missing = |frame: &Frame| -> Refusal {
-        let stem = &frame.stem;
-        format!("frame \"{stem}\" has no map yet; open the project in the window and save it").into()
-    };
     let maps = map_of.into_iter().zip(&scene.frames);
-    maps.map(|(map, frame)| map.ok_or_else(|| missing(frame)))
+    maps.map(|(map, frame)| map.ok_or_else(|| format!("frame \"{}\" has no map yet", frame.stem).into()))
         .collect()
 }
