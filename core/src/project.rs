@@ -150,6 +150,12 @@ impl Project {
         })
     }
 
+    /// Number of edits in the file, and how many of them are in force.
+    fn position(&self) -> Result<(usize, usize), ProjectError> {
+        let position = rows::read_position(&self.connection);
+        position.map_err(|error| ProjectError::writing(&self.path, &error))
+    }
+
     /// Replaces the scene, the labels and the history in one transaction; of maps and model, which were made from those of
     /// before, it forgets what the SQL `forget` says. The view stays.
     ///

@@ -13,8 +13,8 @@ use crate::session::{FrameMap, ModelState};
 
 /// Writes a project in the background. Dropping it writes what is queued and waits for that.
 ///
-/// The writer keeps a copy of the history of its own, so that after a failure, or when the file was
-/// deleted under it, it can write everything again, here or under another name. Edits go before maps and
+/// What could not be written waits, and is tried again. The writer keeps a copy of the history of its own, so that it
+/// can write everything again where the file was deleted under it, or under another name. Edits go before maps and
 /// models; edits that queue up while the disk is busy share a transaction. Now and then it has another thread write a
 /// backup of what was said.
 #[derive(Debug)]

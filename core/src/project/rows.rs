@@ -188,6 +188,12 @@ fn write_edit(connection: &Connection, number: usize, edit: &Edit) -> rusqlite::
     )
 }
 
+/// Number of edits, and how many of them are in force.
+pub(super) fn read_position(connection: &Connection) -> rusqlite::Result<(usize, usize)> {
+    let position = "SELECT (SELECT count(*) FROM edit), cursor FROM project";
+    connection.query_row(position, [], |row| Ok((unsigned(row, 0)?, unsigned(row, 1)?)))
+}
+
 pub(super) fn write_view(connection: &Connection, view: Option<&str>) -> rusqlite::Result<()> {
     execute(connection, "UPDATE project SET view = ?1", [view])
 }

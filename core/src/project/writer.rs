@@ -71,6 +71,8 @@ pub(super) struct Writer {
     received: u64,
     /// Steps that are not in the file.
     steps: Vec<Step>,
+    /// Number of edits in the file, and how many of them are in force there.
+    written: (usize, usize),
     /// Whether the file has to be written anew from `history`, and how much of it is outdated.
     rewrite: Pending,
     save_as: VecDeque<SaveAs>,
@@ -99,6 +101,7 @@ impl Writer {
             history: contents.history.clone(),
             received: 0,
             steps: Vec::new(),
+            written: position(&contents.history),
             rewrite: contents.pending,
             save_as: VecDeque::new(),
             view: contents.view.clone(),
@@ -198,9 +201,13 @@ impl Writer {
         }
     }
 
+    /// Whether the file lacks something that was said.
+    fn is_behind(&self) -> bool {
+        !self.steps.is_empty() || self.rewrite != Pending::Nothing
+    }
+
     fn is_idle(&self) -> bool {
-        self.steps.is_empty()
-            && self.rewrite == Pending::Nothing
+        !self.is_behind()
             && self.save_as.is_empty()
             && !self.view_waits
             && self.model.is_none()
@@ -209,7 +216,7 @@ impl Writer {
 
     /// Does the most urgent thing that waits: edits, then Save As, then a piece of the rest.
     fn work(&mut self) {
-        if !self.steps.is_empty() || self.rewrite != Pending::Nothing {
+        if self.is_behind() {
             match self.guarded(Self::write_history) {
                 Ok(()) => self.everything_is_written(),
                 Err(error) => self.fail(error),
@@ -226,7 +233,10 @@ impl Writer {
                         "{path}: has all labels, but not its newest maps and model: {reason}"
                     )));
                 }
-                Err(error) => self.fail(error),
+                Err(error) => {
+                    self.rewrite = self.rewrite.max(Pending::Scene);
+                    self.fail(error);
+                }
             }
             return;
         }
@@ -246,13 +256,17 @@ impl Writer {
         })
     }
 
+    /// Adds the steps that wait. Everything is written anew only where the file is gone, or is not as it was left: that
+    /// takes more room on a disk that may be full.
     fn write_history(&mut self) -> Result<(), ProjectError> {
-        if self.rewrite == Pending::Nothing {
-            return self.project.record(&self.steps);
-        }
-        if !self.project.path().exists() {
+        let failed = self.failing.is_some();
+        if failed && !self.project.path().exists() {
             self.project = Project::create(self.project.path(), &self.contents())?;
             return Ok(());
+        }
+        // A commit that failed in its last moment may be in the file all the same.
+        if self.rewrite == Pending::Nothing && (!failed || self.project.position()? == self.written) {
+            return self.project.record(&self.steps);
         }
         let outdated = self.outdated();
         self.project.rewrite(&self.scene, &self.history, outdated)
@@ -272,6 +286,7 @@ impl Writer {
             self.backups.note_edit();
         }
         self.steps.clear();
+        self.written = position(&self.history);
         self.rewrite = Pending::Nothing;
         self.committed.store(self.received, Ordering::Release);
         if self.failing.take().is_some() {
@@ -281,9 +296,8 @@ impl Writer {
         (self.wake)();
     }
 
-    /// Tells a failure once, and has everything written anew later.
+    /// Tells a failure once; what waits is tried again later.
     fn fail(&mut self, error: ProjectError) {
-        self.rewrite = self.rewrite.max(Pending::Scene);
         if self.failing.as_ref() != Some(&error) {
             self.tell(JournalEvent::Failed(error.to_string()));
         }
@@ -319,7 +333,7 @@ impl Writer {
             return self.failing.clone().map_or(Ok(None), Err);
         }
         let copied = self.project.copy_to(path).and_then(|mut copy| {
-            if self.rewrite != Pending::Nothing {
+            if self.is_behind() {
                 copy.rewrite(&self.scene, &self.history, self.outdated())?;
             }
             Ok(copy)
@@ -373,4 +387,10 @@ impl Writer {
         let _ = self.events.send(event);
         (self.wake)();
     }
+}
+
+/// Number of edits, and how many of them are in force.
+fn position(history: &History) -> (usize, usize) {
+    let (edits, in_force) = history.edits();
+    (edits.len(), in_force)
 }

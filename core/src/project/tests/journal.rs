@@ -51,6 +51,36 @@ fn a_failure_is_told_once_and_everything_is_written_when_the_folder_is_back() {
 }
 
 #[test]
+fn after_a_failure_the_steps_that_wait_are_added_unless_the_file_has_them_already() {
+    for has_them in [false, true] {
+        let (folder, path) = place();
+        let contents = contents(folder.path());
+        let mut project = Project::create(&path, &contents).unwrap();
+        // Gone when everything is written anew.
+        let mark = "UPDATE frame SET bytes = 77";
+        project.connection.execute(mark, []).unwrap();
+        let mut history = contents.history.clone();
+        let step = click(&mut history, 1);
+        if has_them {
+            project.record(std::slice::from_ref(&step)).unwrap();
+        }
+        let journal = Journal::start(project, &contents, || ()).unwrap();
+        let moved = folder.path().join("moved.inplace");
+        fs::rename(&path, &moved).unwrap();
+        fs::write(&path, "another file").unwrap();
+        let last = journal.record(step);
+        assert!(matches!(event(&journal), JournalEvent::Failed(_)));
+        fs::rename(&moved, &path).unwrap();
+        wait_for(|| journal.committed() == last);
+        journal.close().unwrap();
+        let (_project, saved) = Project::open(&path).unwrap();
+        assert_eq!(saved.history.edits(), history.edits());
+        assert_eq!(saved.history.labels(), history.labels());
+        assert_eq!(saved.scene.frames[0].bytes == 77, !has_them);
+    }
+}
+
+#[test]
 fn work_without_a_name_goes_on_in_the_new_file_and_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let (old, new) = (
