@@ -1,6 +1,7 @@
 //! Work that would make the window wait, each on its own thread: the model's jobs, the system's dialogs, pictures.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use inplace_core::TOLD;
@@ -51,7 +52,13 @@ impl Jobs {
         Some(outcome)
     }
 
-    fn spawn(&self, name: &str, job: impl FnOnce(&(dyn Fn(Outcome) + Sync)) + Send + 'static) {
+    /// Does work on a thread; `broken` makes of a sentence what it led to where there is no thread.
+    fn spawn(
+        &self,
+        name: &str,
+        broken: &dyn Fn(String) -> Done,
+        job: impl FnOnce(&(dyn Fn(Outcome) + Sync)) + Send + 'static,
+    ) {
         let (sender, ctx) = (self.sender.clone(), self.ctx.clone());
         let tell = move |outcome| {
             // Nobody listens any more when the window is closing.
@@ -61,20 +68,21 @@ impl Jobs {
         let thread = std::thread::Builder::new().name(format!("inplace-{name}"));
         if let Err(error) = thread.spawn(move || job(&tell)) {
             let sentence = format!("No thread could be started ({error}): close other programs first.");
-            let _ = self.sender.send(Outcome::Done(Done::Failed(sentence)));
+            let _ = self.sender.send(Outcome::Done(broken(sentence)));
         }
     }
 
     /// Runs a job of the model.
     pub fn start(&self, job: Job, tools: JobTools) {
-        self.spawn(job.name, move |tell| {
+        let broken = Arc::clone(&job.broken);
+        self.spawn(job.name, &*broken, move |tell| {
             job.run(&tools, &|done| tell(Outcome::Done(done)));
         });
     }
 
     /// Asks for a path with the system's dialog.
     pub fn browse(&self, purpose: Purpose) {
-        self.spawn("dialog", move |tell| {
+        self.spawn("dialog", &Done::Failed, move |tell| {
             let dialog = rfd::FileDialog::new().set_title(title(purpose));
             let project = |dialog: rfd::FileDialog| dialog.add_filter("Inplace project", &["inplace"]);
             let classes = |dialog: rfd::FileDialog| dialog.add_filter("Class list", &["json"]);
@@ -92,7 +100,7 @@ impl Jobs {
 
     /// Shows a folder in the system's file manager.
     pub fn show_folder(&self, folder: PathBuf) {
-        self.spawn("folder", move |tell| {
+        self.spawn("folder", &Done::Failed, move |tell| {
             let program = if cfg!(target_os = "macos") {
                 "open"
             } else if cfg!(windows) {
@@ -116,7 +124,7 @@ impl Jobs {
     /// Looks at what was opened lately.
     pub fn look_at(&self, places: Vec<RecentPlace>) {
         let folder = self.pictures.clone();
-        self.spawn("recent", move |tell| {
+        self.spawn("recent", &Done::Failed, move |tell| {
             let places = places.into_iter();
             tell(Outcome::Seen(
                 places.map(|place| pictures::look_at(place, &folder)).collect(),
@@ -127,7 +135,7 @@ impl Jobs {
     /// Takes a picture of what is open.
     pub fn take_picture(&self, place: RecentPlace, source: FrameSource) {
         let folder = self.pictures.clone();
-        self.spawn("picture", move |tell| {
+        self.spawn("picture", &Done::Failed, move |tell| {
             // A picture that cannot be kept is only missing from the start page.
             let _ = pictures::write(&place, &source, &folder);
             tell(Outcome::Seen(vec![pictures::look_at(place, &folder)]));
@@ -143,7 +151,9 @@ impl Jobs {
     /// Removes the picture of something that was opened lately.
     pub fn forget_picture(&self, place: RecentPlace) {
         let folder = self.pictures.clone();
-        self.spawn("forget", move |_| pictures::remove(&place, &folder));
+        self.spawn("forget", &Done::Failed, move |_| {
+            pictures::remove(&place, &folder);
+        });
     }
 }
 

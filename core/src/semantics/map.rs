@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::on_surface::OnSurface;
 use super::posterior::NodeSummary;
 use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceObjects};
-use crate::labels::{ClassId, Pixel, VOID};
+use crate::labels::{ClassId, LabelSet, Pixel, VOID};
 use crate::scene::Frame;
 
 /// Dense labels of one frame, row-major `[height, width]`.
@@ -188,9 +188,21 @@ impl FrameMap {
     /// The surface that the map follows from, and the posterior of its nodes; `None` for a map that was made pixel by
     /// pixel, such as one of a project file, or before the rest of the scene followed.
     pub fn surface(&self) -> Option<(&Arc<Surface>, &Arc<Posterior>)> {
+        self.source()?.surface()
+    }
+
+    /// Whether the imported images of a label set, where it has any, are taken into account: they come into the maps later
+    /// than strokes. A map that was made pixel by pixel is as it is.
+    pub fn has_import_of(&self, labels: &LabelSet) -> bool {
+        let has = |shown: &OnSurface| shown.import.as_ref().is_some_and(|import| import.is_of(labels));
+        labels.imported.is_none() || self.source().is_none_or(has)
+    }
+
+    /// What the pixels are looked up from; `None` where the map was made pixel by pixel.
+    fn source(&self) -> Option<&OnSurface> {
         match &self.pixels {
-            MapPixels::Listed { source, .. } => source.as_ref()?.surface(),
-            MapPixels::OnSurface(shown) => shown.surface(),
+            MapPixels::Listed { source, .. } => source.as_ref(),
+            MapPixels::OnSurface(shown) => Some(shown),
         }
     }
 

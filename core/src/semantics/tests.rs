@@ -144,8 +144,12 @@ fn votes_decide_until_a_click_corrects_what_is_connected_with_it() {
     let mut history = halves();
     let mut propagation = propagated(&scene, history.labels());
     import_plain(&mut history, 1, Trust::VOTES);
+    let before = propagation.map(&scene, 4, 1);
     propagate(&mut propagation, &scene, history.labels());
     assert!(propagation.has_import_of(history.labels()));
+    let after = propagation.map(&scene, 4, 1);
+    let follow = [before, after].map(|map| map.has_import_of(history.labels()));
+    assert_eq!(follow, [false, true]);
     let is_all = |propagation: &LabelPropagation, frame, class| {
         shares(propagation, &scene, frame, class)
             .iter()

@@ -4,13 +4,12 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
 use inplace_core::export::{ExportError, Format, LabelledScene, Options, export, write_strokes};
 use inplace_core::labels::LabelSet;
 use inplace_core::scene::Scene;
 use inplace_core::semantics::KnownPart;
-use inplace_core::session::{FrameMap, MapSlots};
+use inplace_core::session::FrameMap;
 
 /// What is exported.
 #[derive(Debug)]
@@ -21,20 +20,15 @@ pub struct Export {
     pub labels: LabelSet,
     /// The objects that no stroke names, as they were found last.
     pub parts: Vec<KnownPart>,
-    /// Generation of the labels: older maps are waited out.
-    pub generation: u64,
     /// The kind of data set.
     pub format: Format,
     /// What is exported of each map.
     pub options: Options,
-    /// The newest maps.
-    pub maps: Arc<MapSlots>,
+    /// The maps of all frames, which follow these labels.
+    pub maps: Vec<Arc<FrameMap>>,
     /// Set to stop it between two frames.
     pub stop: Arc<AtomicBool>,
 }
-
-/// How long an export waits for maps that follow the last stroke.
-const PATIENCE: Duration = Duration::from_secs(30);
 
 /// How an export goes.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,58 +48,25 @@ impl Export {
     /// ended.
     pub fn run(&self, folder: &Path, tell: &(dyn Fn(ExportProgress) + Sync)) -> ExportProgress {
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
-        let Some(maps) = self.newest_maps() else {
-            if self.is_stopped() {
-                return ExportProgress::Cancelled(folder, 0, self.scene.frames.len());
-            }
-            return ExportProgress::Failed(format!(
-                "{}: nothing was exported, because the maps do not follow the last stroke yet; try again in a moment.",
-                folder.display()
-            ));
-        };
         let progress = |done, total| {
             tell(ExportProgress::Writing(done, total));
-            if self.is_stopped() {
+            if self.stop.load(Ordering::Relaxed) {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
         };
-        let labelled = LabelledScene::new(&self.scene, &self.labels, &self.parts, &maps);
+        let labelled = LabelledScene::new(&self.scene, &self.labels, &self.parts, &self.maps);
         let written = export(&folder, labelled, self.format, &self.options, &progress)
             .and_then(|_| write_strokes(&folder.join("strokes.json"), &self.labels, &self.scene.frames));
         match written {
-            Ok(()) => ExportProgress::Finished(folder, maps.len(), self.format),
+            Ok(()) => ExportProgress::Finished(folder, self.maps.len(), self.format),
             Err(ExportError::Cancelled {
                 folder,
                 written,
                 frames,
             }) => ExportProgress::Cancelled(folder, written, frames),
             Err(error) => ExportProgress::Failed(format!("{error}.")),
-        }
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-
-    /// A map of every frame that was made from these labels; waits for them a while, unless it is
-    /// stopped.
-    fn newest_maps(&self) -> Option<Vec<Arc<FrameMap>>> {
-        let end = Instant::now() + PATIENCE;
-        let newest = |frame| {
-            let map = self.maps.get(frame);
-            map.filter(|map| map.generation >= self.generation)
-        };
-        loop {
-            let maps: Option<Vec<_>> = (0..self.scene.frames.len()).map(newest).collect();
-            if self.is_stopped() {
-                return None;
-            }
-            if maps.is_some() || Instant::now() >= end {
-                return maps;
-            }
-            std::thread::sleep(Duration::from_millis(50));
         }
     }
 }

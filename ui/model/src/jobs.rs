@@ -24,6 +24,8 @@ pub type AutosavePath = Arc<dyn Fn(&SceneSource) -> PathBuf + Send + Sync>;
 pub struct Job {
     /// Name of its thread.
     pub name: &'static str,
+    /// What it led to where it breaks off or cannot begin, for this reason, a sentence.
+    pub broken: Arc<dyn Fn(String) -> Done + Send + Sync>,
     pub(crate) work: Box<Work>,
 }
 
@@ -50,11 +52,11 @@ pub enum Done {
     /// Maps of the scene with this serial number were compared by the classes of this version.
     DifferencesCounted(u64, Version, Counted),
     /// The label images of the import with this number were read, or could not be.
-    Imported(u64, Box<Result<LabelImages, ImportError>>),
+    Imported(u64, Box<Result<LabelImages, String>>),
     /// Maps of the scene with this serial number were summed up.
     Summarised(u64, Vec<Summarised>),
-    /// Places of the scene with this serial number were drawn, where anything is labelled.
-    AuditDrawn(u64, Option<Box<Audit>>),
+    /// Places of the scene with this serial number were drawn, where anything is labelled, or could not be.
+    AuditDrawn(u64, Result<Option<Box<Audit>>, String>),
     /// What is probably wrong with the poses or cameras of the scene with this serial number, a sentence each.
     PosesChecked(u64, Vec<String>),
     /// A class list was read, or could not be.
@@ -102,12 +104,12 @@ impl JobTools {
 impl Job {
     /// Does the work, and tells what came of it, also where it panics. Touches the disk.
     pub fn run(self, tools: &JobTools, tell: &(dyn Fn(Done) + Sync)) {
-        let Self { name, work } = self;
+        let Self { name, broken, work } = self;
         let done = catch_unwind(AssertUnwindSafe(|| work(tools, tell)));
         // The panic has been printed.
         tell(done.unwrap_or_else(|_| {
             let sentence = format!("An internal error ended work in the background ({name}).");
-            Done::Failed(sentence + " Your labels are safe; open the scene again to go on.")
+            broken(sentence + " Your labels are safe; open the scene again to go on.")
         }));
     }
 }
@@ -116,22 +118,50 @@ impl Job {
 mod tests {
     use std::sync::Mutex;
 
+    use inplace_core::labels::Trust;
+    use inplace_core::scene::demo::Shot;
+
     use super::*;
     use crate::effect::Effect;
-    use crate::model::{Model, Start};
+    use crate::model::{Model, Stage, Start};
+    use crate::opening::Target;
     use crate::preferences::Preferences;
+    use crate::workspace::Workspace;
+    use crate::{Command, Input};
 
     #[test]
-    fn of_a_job_that_panics_one_is_told() {
+    fn of_a_job_that_panics_one_is_told_and_nothing_waits_for_it_any_more() {
         let mut model = Model::new(Start::default(), Preferences::default());
-        model.start("audit", |_, _| panic!("a bug"));
-        let told = Mutex::new(Vec::new());
-        for effect in std::mem::take(&mut model.effects) {
-            if let Effect::Start(job) = effect {
-                job.run(&JobTools::of_test(), &|done| told.lock().unwrap().push(done));
+        let mut workspace = Workspace::of_test(Shot::new(1, [16, 16]).scene(&|_, _| {}));
+        workspace.reading = None;
+        model.state.stage = Stage::Open(Box::new(workspace));
+        let is_busy = |model: &Model| {
+            let workspace = model.workspace();
+            model.importing.is_some()
+                || model.beginning_comparison.is_some()
+                || workspace.is_some_and(|workspace| workspace.auditing.is_drawing)
+                || matches!(model.stage, Stage::Opening(_))
+        };
+        for (name, command) in [
+            ("import", Command::ImportFrom(PathBuf::new(), Trust::VOTES)),
+            ("comparison", Command::CompareWith(PathBuf::new())),
+            ("audit", Command::DrawAudit(100)),
+            ("open", Command::Open(Target::Scene(SceneSource::Demo))),
+        ] {
+            let told = Mutex::new(Vec::new());
+            for effect in model.update(command) {
+                if let Effect::Start(mut job) = effect {
+                    job.work = Box::new(|_, _| panic!("a bug"));
+                    job.run(&JobTools::of_test(), &|done| told.lock().unwrap().push(done));
+                }
             }
+            assert!(is_busy(&model), "{name}");
+            for done in told.into_inner().unwrap() {
+                model.update(Input::Done(done));
+            }
+            assert!(!is_busy(&model), "{name}");
+            let last = model.messages.shown.last().map(|message| &message.text);
+            assert!(last.unwrap().contains(&format!("({name})")), "{last:?}");
         }
-        let told = told.into_inner().unwrap();
-        assert!(matches!(&told[..], [Done::Failed(sentence)] if sentence.contains("(audit)")));
     }
 }

@@ -138,6 +138,8 @@ pub struct Model {
     /// What is read of the open capture.
     pub(crate) read: OpenOptions,
     pub(crate) last_ticket: u64,
+    /// The export that is under way, as long as it waits for maps that follow the labels.
+    pub(crate) waiting_export: Option<ExportChoice>,
     /// Set to stop the export that is under way.
     pub(crate) export_stop: Arc<AtomicBool>,
     /// The window was to be closed during an export.
@@ -165,6 +167,7 @@ impl Model {
             read: start.read,
             start,
             last_ticket: 0,
+            waiting_export: None,
             export_stop: Arc::default(),
             closes_after_export: false,
         }

@@ -14,6 +14,7 @@ mod suggestions;
 mod view;
 mod work;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use inplace_core::labels::{History, Stroke, VOID};
@@ -236,14 +237,16 @@ impl Model {
         }
     }
 
-    /// Has work done on another thread.
+    /// Has work done on another thread; `broken` makes of a sentence what the work led to where it breaks off, so that
+    /// nothing waits for it any more.
     pub(crate) fn start(
         &mut self,
         name: &'static str,
+        broken: impl Fn(String) -> Done + Send + Sync + 'static,
         work: impl FnOnce(&JobTools, &(dyn Fn(Done) + Sync)) -> Done + Send + 'static,
     ) {
-        let work = Box::new(work);
-        self.effects.push(Effect::Start(Job { name, work }));
+        let (broken, work) = (Arc::new(broken), Box::new(work));
+        self.effects.push(Effect::Start(Job { name, broken, work }));
     }
 
     /// Does something with the open scene; nothing where there is none.

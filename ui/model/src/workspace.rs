@@ -188,6 +188,16 @@ impl Workspace {
         self.session.maps().get(frame)
     }
 
+    /// The maps of all frames, if they follow the labels as they are now.
+    pub(crate) fn maps_of_labels(&self) -> Option<Vec<Arc<FrameMap>>> {
+        let (labels, generation) = (self.document.labels(), self.document.generation());
+        let follows = |map: &Arc<FrameMap>| map.generation == generation && map.has_import_of(labels);
+        let frames = 0..self.scene.frames.len();
+        frames
+            .map(|frame| self.newest_map(frame).filter(follows))
+            .collect()
+    }
+
     /// Has the field rendered as seen from here.
     pub(crate) fn render(&mut self, viewpoint: Viewpoint) {
         self.outbox.push(Command::Render(viewpoint));

@@ -20,22 +20,27 @@ impl Model {
         let (serial, edits) = (workspace.serial, workspace.document.history().map_edits());
         let before = workspace.auditing.audit.as_ref();
         let seed = before.map_or(first, |audit| audit.seed.wrapping_add(1));
-        self.start("audit", move |_, _| {
+        let broken = move |sentence| Done::AuditDrawn(serial, Err(sentence));
+        self.start("audit", broken, move |_, _| {
             let share = f64::from(percent) / 100.0;
             let audit = Audit::draw(&scene, &|frame| maps.get(frame), (share, seed), edits);
-            Done::AuditDrawn(serial, audit.map(Box::new))
+            Done::AuditDrawn(serial, Ok(audit.map(Box::new)))
         });
     }
 
-    /// Places were drawn, if anything is labelled.
-    pub(crate) fn audit_drawn(&mut self, serial: u64, audit: Option<Box<Audit>>) {
+    /// Places were drawn, if anything is labelled, or could not be.
+    pub(crate) fn audit_drawn(&mut self, serial: u64, drawn: Result<Option<Box<Audit>>, String>) {
         let Some(workspace) = self.state.workspace_numbered(serial) else {
             return;
         };
         workspace.auditing.is_drawing = false;
-        let Some(audit) = audit else {
-            let sentence = "Nothing is labelled yet: there are no places to judge.";
-            return self.state.messages.info(sentence);
+        let audit = match drawn {
+            Ok(Some(audit)) => audit,
+            Ok(None) => {
+                let sentence = "Nothing is labelled yet: there are no places to judge.";
+                return self.state.messages.info(sentence);
+            }
+            Err(sentence) => return self.state.messages.error(sentence),
         };
         workspace.auditing.audit = Some(*audit);
         self.keep_view();

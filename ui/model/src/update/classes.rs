@@ -132,7 +132,9 @@ impl Model {
     }
 
     pub(crate) fn read_classes(&mut self, path: PathBuf) {
-        self.start("classes", move |_, _| Done::ClassesRead(read_class_list(&path)));
+        self.start("classes", Done::Failed, move |_, _| {
+            Done::ClassesRead(read_class_list(&path))
+        });
     }
 
     /// A class list was read for the dialog that adds classes.
@@ -145,7 +147,7 @@ impl Model {
     pub(crate) fn save_classes_to(&mut self, path: PathBuf) {
         self.state.dialog = None;
         let classes = self.present_classes();
-        self.start("classes", move |_, _| match write_json(&path, &classes) {
+        self.start("classes", Done::Failed, move |_, _| match write_json(&path, &classes) {
             Ok(()) => Done::ClassesSaved(classes.len(), path),
             Err(error) => Done::Failed(error.to_string()),
         });

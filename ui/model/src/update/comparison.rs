@@ -40,7 +40,8 @@ impl Model {
             scene,
             stop,
         };
-        self.start("comparison", move |tools, tell| {
+        let broken = move |sentence| Done::OtherRead(ticket, Box::new(Err(sentence)));
+        self.start("comparison", broken, move |tools, tell| {
             let read = reader.read(tools, &|words| tell(Done::ComparisonGoesOn(ticket, words)));
             Done::OtherRead(ticket, Box::new(read))
         });
@@ -118,7 +119,7 @@ impl Model {
         };
         let (other, matching) = (Arc::clone(&comparison.other), comparison.matching.clone());
         let (serial, maps) = (workspace.serial, Arc::clone(workspace.session.maps()));
-        self.start("differences", move |_, _| {
+        self.start("differences", Done::Failed, move |_, _| {
             let counted = Comparison::count(&other, &matching, &maps, due);
             Done::DifferencesCounted(serial, matching.version(), counted)
         });

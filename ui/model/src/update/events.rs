@@ -59,6 +59,7 @@ impl Model {
                         ..Results::default()
                     });
                 }
+                let maps_are_made = matches!(event, Event::AllMaps { .. } | Event::Stopped);
                 let guided = workspace.suggestions().is_active();
                 let told = workspace.on_event(event);
                 let ended = guided && !workspace.suggestions().is_active();
@@ -67,6 +68,9 @@ impl Model {
                 }
                 if ended {
                     self.state.messages.info("There is nothing left to suggest.");
+                }
+                if maps_are_made {
+                    self.go_on_with_export();
                 }
             }
             Stage::Opening(opening) => match event {
@@ -115,9 +119,6 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
-    use inplace_core::labels::read_class_list;
     use inplace_core::scene::{Scene, SceneSource};
 
     use super::*;
@@ -133,9 +134,8 @@ mod tests {
         model.state.stage = Stage::Open(Box::new(workspace));
         model.state.importing = Some(7);
         model.update(Input::Command(Command::CancelImport));
-        let late = read_class_list(Path::new("no such list")).unwrap_err();
         for done in [
-            Done::Imported(7, Box::new(Err(late))),
+            Done::Imported(7, Box::new(Err("There are no images.".to_owned()))),
             Done::PosesChecked(1, vec!["These poses are inverted.".to_owned()]),
             Done::PosesChecked(2, vec!["Another scene's are.".to_owned()]),
         ] {

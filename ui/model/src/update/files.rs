@@ -78,7 +78,7 @@ impl Model {
         project.unrecorded.clear();
         let (scene, open) = (Arc::clone(&workspace.scene), self.read);
         let history = workspace.document.history().clone();
-        self.start("save", move |tools, _| {
+        self.start("save", Done::Failed, move |tools, _| {
             match new_project(path, &scene, open, history, tools.waker()) {
                 Ok(project) => Done::Kept(attempt, Box::new(project)),
                 Err(error) => Done::Failed(error.to_string()),

@@ -18,7 +18,7 @@ use crate::document::Document;
 use crate::effect::Effect;
 use crate::jobs::Done;
 use crate::model::{Model, Opening, Stage};
-use crate::opening::{Attached, Prepared, Target, attach, prepare, prepare_whole};
+use crate::opening::{Attached, Prepared, Refusal, Target, attach, prepare, prepare_whole};
 use crate::preferences::usual_threads;
 use crate::project_session::{Results, SavedState};
 use crate::workspace::Workspace;
@@ -32,7 +32,7 @@ impl Model {
         self.close();
         let ticket = self.begin(target.clone());
         let open = self.start.read;
-        self.start("open", move |tools, _| {
+        self.start("open", not_opened(ticket), move |tools, _| {
             let prepared = prepare(target, open, tools);
             Done::Prepared(ticket, Box::new(prepared))
         });
@@ -80,12 +80,13 @@ impl Model {
     /// Keeps and closes what is open, which is not worth remembering.
     pub(crate) fn leave(&mut self) {
         self.keep_results();
+        self.give_up_export();
         self.state.stage = Stage::Start;
         let project = self.state.project.take().map(Box::new);
         self.effects.extend(project.map(Effect::CloseProject));
         self.state.importing = None;
         self.stop_beginning_comparison();
-        // An export goes on: it has all that it needs.
+        // An export that writes goes on: it has all that it needs.
         if !self.is_exporting() {
             self.state.export = None;
         }
@@ -151,7 +152,7 @@ impl Model {
         };
         let maps = Arc::clone(session.maps());
         let ticket = opening.ticket;
-        self.start("attach", move |tools, _| {
+        self.start("attach", not_opened(ticket), move |tools, _| {
             let attached = attach(prepared, &scene, &maps, tools.waker());
             Done::Attached(ticket, scene, Box::new(attached))
         });
@@ -210,7 +211,7 @@ impl Model {
             self.state.messages.info(format!("Poses refined: {refinement}"));
         }
         if scene.source != SceneSource::Demo {
-            self.start("poses", move |_, _| {
+            self.start("poses", Done::Failed, move |_, _| {
                 Done::PosesChecked(serial, Agreement::of(&scene).warnings)
             });
         }
@@ -226,10 +227,11 @@ impl Model {
             return;
         };
         let ticket = self.begin(Target::Scene(workspace.scene.source.clone()));
+        self.give_up_export();
         (self.state.dialog, self.state.importing) = (None, None);
         self.stop_beginning_comparison();
         let (open, view) = (self.read, workspace.kept_view(&self.state.settings));
-        self.start("open", move |_, _| {
+        self.start("open", not_opened(ticket), move |_, _| {
             let history = workspace.document.history().clone();
             let prepared = prepare_whole(project, &workspace.scene, open, (history, view));
             Done::Prepared(ticket, Box::new(Ok(prepared)))
@@ -292,4 +294,9 @@ impl Model {
         self.give_up_focus();
         self.state.dialog = Some(Dialog::Moved(MovedScene::new(project, last, problem)));
     }
+}
+
+/// What is told of an attempt to open something that breaks off.
+fn not_opened(ticket: u64) -> impl Fn(String) -> Done {
+    move |sentence| Done::Prepared(ticket, Box::new(Err(Refusal::Sentence(sentence))))
 }

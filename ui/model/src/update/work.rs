@@ -33,28 +33,59 @@ impl Model {
         let Some(workspace) = self.state.workspace() else {
             return;
         };
+        self.state.export = Some(ExportProgress::Writing(0, workspace.scene.frames.len()));
+        self.state.export_choice = choice.clone();
+        self.state.stopping_export = false;
+        self.waiting_export = Some(choice);
+        self.go_on_with_export();
+    }
+
+    /// Starts the export that waits, once all maps follow the labels as they are by then; none do when the worker ends.
+    pub(crate) fn go_on_with_export(&mut self) {
+        let (Some(workspace), Some(choice)) = (self.state.workspace(), &self.waiting_export) else {
+            return;
+        };
+        let Some(maps) = workspace.maps_of_labels() else {
+            if workspace.ended {
+                self.give_up_export();
+            }
+            return;
+        };
         let stop = Arc::new(AtomicBool::new(false));
         let export = Export {
             scene: Arc::clone(&workspace.scene),
             labels: workspace.document.labels().clone(),
             parts: workspace.parts.to_vec(),
-            generation: workspace.document.generation(),
             format: choice.format,
             options: choice.options(),
-            maps: Arc::clone(workspace.session.maps()),
+            maps,
             stop: Arc::clone(&stop),
         };
         let folder = choice.folder();
-        self.state.export = Some(ExportProgress::Writing(0, workspace.scene.frames.len()));
-        self.state.export_choice = choice;
-        self.state.stopping_export = false;
+        self.waiting_export = None;
         self.export_stop = stop;
-        self.start("export", move |_, tell| {
+        let broken = |sentence| Done::Exported(ExportProgress::Failed(sentence));
+        self.start("export", broken, move |_, tell| {
             Done::Exported(export.run(&folder, &|progress| tell(Done::Exported(progress))))
         });
     }
 
+    /// The maps that an export waits for do not come any more.
+    pub(crate) fn give_up_export(&mut self) {
+        if let Some(choice) = self.waiting_export.take() {
+            let sentence = format!(
+                "{}: nothing was exported, because the work on the scene ended before its maps followed the \
+                 labels; open it again to export it.",
+                choice.folder().display()
+            );
+            self.exported(ExportProgress::Failed(sentence));
+        }
+    }
+
     pub(crate) fn cancel_export(&mut self) {
+        if let Some(choice) = self.waiting_export.take() {
+            return self.exported(ExportProgress::Cancelled(choice.folder(), 0, 0));
+        }
         self.state.stopping_export = self.is_exporting();
         self.export_stop.store(true, Ordering::Relaxed);
     }
@@ -122,7 +153,8 @@ impl Model {
         self.last_ticket += 1;
         let ticket = self.last_ticket;
         self.state.importing = Some(ticket);
-        self.start("import", move |_, _| {
+        let broken = move |sentence| Done::Imported(ticket, Box::new(Err(sentence)));
+        self.start("import", broken, move |_, _| {
             let images = read_label_images(&folder, &scene, &known.classes, trust);
             let images = images.and_then(|images| {
                 if !images.is_by_frame() {
@@ -133,7 +165,7 @@ impl Model {
                     .ok_or_else(|| ImportError::without_surface(&folder))?;
                 Ok(united(&surface, images, &known))
             });
-            Done::Imported(ticket, Box::new(images))
+            Done::Imported(ticket, Box::new(images.map_err(|error| error.to_string())))
         });
     }
 
@@ -144,17 +176,14 @@ impl Model {
     }
 
     /// Label images were read, or could not be; those of an import that was cancelled are dropped.
-    pub(crate) fn imported(&mut self, ticket: u64, images: Result<LabelImages, ImportError>) {
+    pub(crate) fn imported(&mut self, ticket: u64, images: Result<LabelImages, String>) {
         if self.state.importing != Some(ticket) {
             return;
         }
         self.state.importing = None;
         let images = match images {
             Ok(images) => images,
-            Err(error) => {
-                self.state.messages.error(error.to_string());
-                return;
-            }
+            Err(sentence) => return self.state.messages.error(sentence),
         };
         let (count, unmatched) = (images.labels.maps.len(), images.unmatched);
         let objects = match images.objects.len() {
@@ -185,7 +214,7 @@ impl Model {
             if let Some(due) = due {
                 let (serial, maps) = (workspace.serial, Arc::clone(workspace.session.maps()));
                 let imported = workspace.document.labels().imported.clone();
-                self.start("summaries", move |_, _| {
+                self.start("summaries", Done::Failed, move |_, _| {
                     Done::Summarised(serial, summarise(&maps, imported.as_ref(), due))
                 });
             }
@@ -204,11 +233,15 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
+
     use inplace_core::scene::SceneSource;
     use inplace_core::scene::demo::Shot;
+    use inplace_core::session::{Event, FrameMap};
 
     use super::*;
     use crate::dialogs::{ClassUse, Dialog};
+    use crate::jobs::JobTools;
     use crate::model::{Stage, Start};
     use crate::opening::Target;
     use crate::preferences::Preferences;
@@ -230,6 +263,56 @@ mod tests {
             let is_close = |effect: &Effect| matches!(effect, Effect::CloseWindow);
             assert_eq!(effects.iter().any(is_close), closes);
         }
+    }
+
+    #[test]
+    fn an_export_waits_until_all_maps_follow_the_labels_and_has_those_that_they_follow() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut model = Model::new(Start::default(), Preferences::default());
+        let workspace = Workspace::of_test(Shot::new(1, [16, 16]).scene(&|_, _| {}));
+        let maps = Arc::clone(workspace.session.maps());
+        maps.reset(1);
+        model.state.stage = Stage::Open(Box::new(workspace));
+        let add = |model: &mut Model, name: &str| {
+            model.update(Command::AddClass(ClassUse::Choose, name.to_owned()));
+        };
+        let export = |model: &mut Model| {
+            let path = folder.path().display().to_string();
+            let choice = ExportChoice {
+                path,
+                ..ExportChoice::default()
+            };
+            model.update(Command::Export(choice))
+        };
+        let job = |effects: Vec<Effect>| {
+            effects.into_iter().find_map(|effect| match effect {
+                Effect::Start(job) => Some(job),
+                _ => None,
+            })
+        };
+        add(&mut model, "wall");
+        assert!(job(export(&mut model)).is_none() && model.is_exporting());
+        add(&mut model, "floor");
+        let generation = model.workspace().unwrap().document.generation();
+        let map = FrameMap::new(0, generation, [16, 16], vec![0; 256], vec![0; 256]);
+        assert!(maps.publish(map.unwrap()));
+        let started = job(model.update(Input::Session(Event::AllMaps { generation })));
+        let done = Mutex::new(Vec::new());
+        let tell = |told| done.lock().unwrap().push(told);
+        started.unwrap().run(&JobTools::of_test(), &tell);
+        for told in done.into_inner().unwrap() {
+            model.update(Input::Done(told));
+        }
+        assert!(!model.is_exporting());
+        let classes = std::fs::read_to_string(folder.path().join("classes.json")).unwrap();
+        assert!(classes.contains("floor"), "{classes}");
+
+        add(&mut model, "door");
+        assert!(job(export(&mut model)).is_none());
+        model.update(Input::Session(Event::Stopped));
+        let mut shown = model.messages.shown.iter();
+        assert!(shown.any(|message| message.text.ends_with("open it again to export it.")));
+        assert!(!model.is_exporting());
     }
 
     #[test]
