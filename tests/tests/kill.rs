@@ -4,7 +4,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use inplace_core::labels::{Edit, FoundObject, History, Stroke};
+use inplace_core::labels::{
+    Edit, FoundObject, History, ImportedLabels, ImportedMap, LabelImages, Stroke, Trust, VOID,
+};
 use inplace_core::project::{Contents, Journal, Opened, Project, ProjectError, Step};
 use inplace_core::session::FrameMap;
 use inplace_tests::{Running, child, contents, folder_of_child, until};
@@ -13,8 +15,6 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 const FRAMES: usize = 4;
 const SIZE: [u32; 2] = [64, 48];
-/// The class of things.
-const CHAIR: u16 = 1;
 /// Tells the child how many steps may wait for the disk: those that wait share a transaction.
 const BURST: &str = "INPLACE_TEST_BURST";
 /// How often the child is killed.
@@ -31,26 +31,35 @@ fn beginning() -> Contents {
     contents
 }
 
-/// The step with this sequence number, from 1, which changes the history: one of all kinds that a person has, or a click
-/// where there is nothing yet that the other could change.
-fn step(history: &mut History, sequence: u64) -> Step {
+/// Images that give every pixel of a frame this class.
+fn images(frame: usize, class: u16) -> LabelImages {
+    let map = ImportedMap::new(frame, &[class; (SIZE[0] * SIZE[1]) as usize]);
+    LabelImages {
+        labels: ImportedLabels::new(vec![map], Trust::VOTES),
+        classes: Vec::new(),
+        objects: Vec::new(),
+        unmatched: 0,
+    }
+}
+
+/// The steps that begin with this sequence number, from 1, and change the history: one of all kinds that a person has, or a
+/// click where there is nothing yet that the other could change. Label images are a step of their own before it.
+fn steps(history: &mut History, sequence: u64) -> Vec<Step> {
     let random = &mut SmallRng::seed_from_u64(sequence);
     let pixel = SIZE.map(|side| random.random_range(0..side));
-    let click = Stroke::click(random.random_range(0..FRAMES), random.random_range(0..3), pixel);
     let labels = history.labels();
+    let classes = labels.classes.iter().map(|class| class.id);
+    let classes: Vec<u16> = classes.chain([VOID]).collect();
+    let mut class = || classes.choose(random).copied().unwrap();
+    let (class, other_class) = (class(), class());
+    let click = Stroke::click(random.random_range(0..FRAMES), class, pixel);
     let strokes: Vec<_> = labels.strokes.keys().copied().collect();
     let stroke = strokes.choose(random).copied();
     let mut object = || -> Option<FoundObject> { labels.objects.choose(random).cloned().map(Into::into) };
     let (one, other) = (object(), object());
-    let edit: Option<Edit> = match random.random_range(0..20) {
+    let edit: Option<Edit> = match random.random_range(0..24) {
         0..=5 => None,
-        6..=8 => {
-            let first = Stroke {
-                class: CHAIR,
-                ..click.clone()
-            };
-            history.add_object(first, &[]).map(|(_, edit)| edit)
-        }
+        6..=8 => history.add_object(click.clone(), &[]).map(|(_, edit)| edit),
         9 => one.and_then(|object| history.label_object(&object, click.clone())),
         10 => one.and_then(|object| history.rename_object(&object, &format!("object of step {sequence}"))),
         11 => one
@@ -63,26 +72,35 @@ fn step(history: &mut History, sequence: u64) -> Step {
         17 => Some(history.toggle_checked(click.frame)),
         18 => {
             if history.undo().is_some() {
-                return Step::Undo;
+                return vec![Step::Undo];
             }
             None
         }
-        _ => {
+        19 => {
             if history.redo().is_some() {
-                return Step::Redo;
+                return vec![Step::Redo];
             }
             None
         }
+        20 => Some(history.add_class(&format!("class of step {sequence}")).1),
+        21 => history.merge_class(class, other_class),
+        22 => Some(history.import(images(click.frame, class))),
+        _ => history.remove_imported(),
     };
-    Step::Do(edit.unwrap_or_else(|| history.add_stroke(click)))
+    let edit = edit.unwrap_or_else(|| history.add_stroke(click));
+    let brought = history.brought_by(&edit);
+    let images = brought.map(|(id, images)| Step::Import(id, Arc::clone(images)));
+    images.into_iter().chain([Step::Do(edit)]).collect()
 }
 
 /// The history after each of the first steps, that before them first.
-fn histories(steps: u64) -> Vec<History> {
+fn histories(count: u64) -> Vec<History> {
     let mut history = beginning().history;
     let mut all = vec![history.clone()];
-    for sequence in 1..=steps {
-        step(&mut history, sequence);
+    while all.len() as u64 <= count {
+        let before = history.clone();
+        let made = steps(&mut history, all.len() as u64);
+        all.extend(std::iter::repeat_n(before, made.len() - 1));
         all.push(history.clone());
     }
     all
@@ -119,7 +137,9 @@ fn record_until_killed() {
     loop {
         let recorded = journal.recorded();
         if recorded < journal.committed() + burst {
-            journal.record(step(&mut history, recorded + 1));
+            for step in steps(&mut history, recorded + 1) {
+                journal.record(step);
+            }
             if recorded.is_multiple_of(16) {
                 journal.save_maps(vec![map(recorded)]);
             }
