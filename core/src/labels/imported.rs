@@ -3,7 +3,9 @@
 mod probabilities;
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 pub use probabilities::{Likeliest, Probabilities};
@@ -48,10 +50,53 @@ impl Trust {
 /// What is said of the pixels of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Said {
-    /// A label, and how many pixels in the order of the rows have it.
-    Runs(Vec<(Label, u16)>),
+    Labels(Runs),
     Probabilities(Probabilities),
 }
+
+/// A label for every pixel. There may be millions of runs, so they stay as they are when labels become others.
+#[derive(Clone, Debug)]
+struct Runs {
+    /// A label, and how many pixels in the order of the rows had it at first.
+    runs: Arc<Vec<(Label, u16)>>,
+    /// What each of these labels is now.
+    now: FxHashMap<Label, Label>,
+}
+
+impl Runs {
+    fn new(labels: &[Label]) -> Self {
+        let same = labels.chunk_by(|a, b| a == b);
+        let runs = same.flat_map(|run| run.chunks(u16::MAX.into()));
+        let mut runs: Vec<(Label, u16)> = runs.map(|run| (run[0], run.len() as u16)).collect();
+        runs.shrink_to_fit();
+        Self {
+            now: runs.iter().map(|&(label, _)| (label, label)).collect(),
+            runs: Arc::new(runs),
+        }
+    }
+
+    /// The label of every pixel, row-major.
+    fn pixels(&self) -> impl Iterator<Item = Label> + '_ {
+        let run = move |(own, length): &(Label, u16)| std::iter::repeat_n(self.now[own], (*length).into());
+        self.runs.iter().flat_map(run)
+    }
+
+    fn relabelled(&self, label: impl Fn(Label) -> Label) -> Self {
+        let now = self.now.iter();
+        Self {
+            runs: Arc::clone(&self.runs),
+            now: now.map(|(&own, &now)| (own, label(now))).collect(),
+        }
+    }
+}
+
+impl PartialEq for Runs {
+    fn eq(&self, other: &Self) -> bool {
+        self.pixels().eq(other.pixels())
+    }
+}
+
+impl Eq for Runs {}
 
 /// The label image of a frame, kept as runs of pixels of one label, or its probabilities.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,13 +116,9 @@ impl ImportedMap {
 
     /// Takes the class and object of every pixel of a frame, row-major `[height, width]`.
     pub fn with_objects(frame: usize, labels: &[Label]) -> Self {
-        let same = labels.chunk_by(|a, b| a == b);
-        let runs = same.flat_map(|run| run.chunks(u16::MAX.into()));
-        let mut runs: Vec<(Label, u16)> = runs.map(|run| (run[0], run.len() as u16)).collect();
-        runs.shrink_to_fit();
         Self {
             frame,
-            said: Said::Runs(runs),
+            said: Said::Labels(Runs::new(labels)),
         }
     }
 
@@ -92,7 +133,7 @@ impl ImportedMap {
     /// The class of every pixel, row-major: where there are probabilities, the likeliest.
     pub fn labels(&self) -> Vec<ClassId> {
         match &self.said {
-            Said::Runs(runs) => of_pixels(runs, |label| label.class),
+            Said::Labels(runs) => runs.pixels().map(|label| label.class).collect(),
             Said::Probabilities(probabilities) => probabilities.labels(),
         }
     }
@@ -100,8 +141,8 @@ impl ImportedMap {
     /// The object of every pixel, row-major; `None` where no pixel says one.
     pub fn objects(&self) -> Option<Vec<Option<ObjectId>>> {
         match &self.said {
-            Said::Runs(runs) if runs.iter().any(|(label, _)| label.object.is_some()) => {
-                Some(of_pixels(runs, |label| label.object))
+            Said::Labels(runs) if runs.now.values().any(|label| label.object.is_some()) => {
+                Some(runs.pixels().map(|label| label.object).collect())
             }
             _ => None,
         }
@@ -110,7 +151,7 @@ impl ImportedMap {
     /// The class probabilities; `None` where each pixel has one class.
     pub fn probabilities(&self) -> Option<&Probabilities> {
         match &self.said {
-            Said::Runs(_) => None,
+            Said::Labels(_) => None,
             Said::Probabilities(probabilities) => Some(probabilities),
         }
     }
@@ -118,7 +159,7 @@ impl ImportedMap {
     /// Number of pixels of the frame.
     pub fn pixels(&self) -> usize {
         match &self.said {
-            Said::Runs(runs) => runs.iter().map(|&(_, length)| usize::from(length)).sum(),
+            Said::Labels(runs) => runs.runs.iter().map(|&(_, length)| usize::from(length)).sum(),
             Said::Probabilities(probabilities) => probabilities.frame_pixels(),
         }
     }
@@ -126,7 +167,10 @@ impl ImportedMap {
     /// The classes of all pixels, with whatever probability, void not among them.
     pub fn classes(&self) -> BTreeSet<ClassId> {
         match &self.said {
-            Said::Runs(runs) => distinct(runs.iter().map(|(label, _)| label.class)),
+            Said::Labels(runs) => {
+                let classes = runs.now.values().map(|label| label.class);
+                classes.filter(|&class| class != VOID).collect()
+            }
             Said::Probabilities(probabilities) => distinct(probabilities.classes()),
         }
     }
@@ -134,7 +178,7 @@ impl ImportedMap {
     /// The classes that are the likeliest of any pixel, void not among them.
     pub(super) fn likeliest_classes(&self) -> BTreeSet<ClassId> {
         match &self.said {
-            Said::Runs(_) => self.classes(),
+            Said::Labels(_) => self.classes(),
             Said::Probabilities(probabilities) => {
                 distinct(probabilities.cells().iter().map(Likeliest::class))
             }
@@ -145,7 +189,7 @@ impl ImportedMap {
     #[must_use]
     pub fn relabelled(&self, label: impl Fn(Label) -> Label) -> Self {
         let said = match &self.said {
-            Said::Runs(runs) => Said::Runs(runs.iter().map(|&(own, length)| (label(own), length)).collect()),
+            Said::Labels(runs) => Said::Labels(runs.relabelled(label)),
             Said::Probabilities(probabilities) => {
                 Said::Probabilities(probabilities.relabelled(|class| label(class.into()).class))
             }
@@ -155,12 +199,6 @@ impl ImportedMap {
             said,
         }
     }
-}
-
-/// What the labels of runs have at every pixel.
-fn of_pixels<T: Clone>(runs: &[(Label, u16)], value: impl Fn(&Label) -> T) -> Vec<T> {
-    let run = |(label, length): &(Label, u16)| std::iter::repeat_n(value(label), (*length).into());
-    runs.iter().flat_map(run).collect()
 }
 
 /// The different classes among many, void left out.
@@ -199,11 +237,11 @@ impl ImportedLabels {
 
     /// The objects of all pixels.
     pub fn objects(&self) -> BTreeSet<ObjectId> {
-        let runs = self.maps.iter().filter_map(|map| match &map.said {
-            Said::Runs(runs) => Some(runs),
+        let labels = self.maps.iter().filter_map(|map| match &map.said {
+            Said::Labels(runs) => Some(runs.now.values()),
             Said::Probabilities(_) => None,
         });
-        runs.flatten().filter_map(|(label, _)| label.object).collect()
+        labels.flatten().filter_map(|label| label.object).collect()
     }
 
     /// The images with other labels; probabilities have classes alone.
@@ -230,6 +268,13 @@ mod tests {
         let merged = map.relabelled(|label| if label.class == 3 { Label::from(300) } else { label });
         assert_eq!(merged.labels()[70_000..], [0, 0, 300, 300, 300]);
         assert_eq!(merged.objects(), None);
+        assert_eq!(merged.classes(), [7, 300].into());
+        assert_eq!(merged, ImportedMap::new(2, &merged.labels()));
+        assert_ne!(merged, map);
+        let (Said::Labels(own), Said::Labels(shared)) = (&map.said, &merged.said) else {
+            panic!("both have labels");
+        };
+        assert!(Arc::ptr_eq(&own.runs, &shared.runs));
         let chair = Label::new(7, ObjectId::new(2));
         let told = ImportedMap::with_objects(0, &[Label::from(7), chair, chair, VOID.into()]);
         assert_eq!(told.labels(), [7, 7, 7, VOID]);

@@ -83,7 +83,7 @@ impl History {
         let same = self.imported_objects(&images.objects, &mut objects, class);
         let keep_classes = becomes.iter().all(|(own, new)| own == new);
         let keep_objects = || images.labels.objects().iter().all(|id| same.get(id) == Some(id));
-        // The window waits while millions of pixels are relabelled.
+        // The window waits while millions of probabilities are copied.
         let labels = if keep_classes && keep_objects() {
             images.labels
         } else {

@@ -72,9 +72,13 @@ impl Likeliest {
 
     /// The same of other classes; those that become one add up, and those that become void are left out.
     fn relabelled(&self, class: impl Fn(ClassId) -> ClassId) -> Self {
+        let classes = self.classes.map(|own| if own == VOID { VOID } else { class(own) });
+        // Most cells of most edits.
+        if classes == self.classes {
+            return *self;
+        }
         let mut merged = [(VOID, 0_u8); KEPT];
-        for (&own, &steps) in self.classes.iter().zip(&self.steps) {
-            let own = if own == VOID { VOID } else { class(own) };
+        for (own, &steps) in classes.into_iter().zip(&self.steps) {
             let place = merged
                 .iter_mut()
                 .find(|(known, _)| *known == own || *known == VOID);
