@@ -49,8 +49,14 @@ impl Model {
     }
 
     pub(crate) fn merge_class(&mut self, from: ClassId, into: ClassId) {
-        if !self.locked_refuses_loss(from) && !self.locked_refuses_change(into) {
-            self.edit(|history| history.merge_class(from, into));
+        if self.locked_refuses_loss(from) || self.locked_refuses_change(into) {
+            return;
+        }
+        let workspace = self.state.workspace();
+        let is_chosen = workspace.is_some_and(|workspace| workspace.class == Some(from));
+        self.edit(|history| history.merge_class(from, into));
+        if is_chosen {
+            self.with_workspace(|workspace| workspace.choose_class(into));
         }
     }
 
@@ -199,7 +205,28 @@ fn some_of(names: Vec<String>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use inplace_core::scene::demo::Shot;
+
     use super::*;
+    use crate::Command;
+    use crate::model::{Stage, Start};
+    use crate::preferences::Preferences;
+    use crate::workspace::Workspace;
+
+    #[test]
+    fn who_labels_with_a_class_that_is_merged_goes_on_with_the_other() {
+        let mut model = Model::new(Start::default(), Preferences::default());
+        let workspace = Workspace::of_test(Shot::new(1, [16, 16]).scene(&|_, _| {}));
+        model.state.stage = Stage::Open(Box::new(workspace));
+        for name in ["wall", "chair", "seat"] {
+            model.update(Command::AddClass(ClassUse::Choose, name.to_owned()));
+        }
+        model.update(Command::Choose(Named::Class(2)));
+        for from in [2, 1] {
+            model.update(Command::MergeClass(from, 3));
+            assert_eq!(model.workspace().unwrap().class, Some(3));
+        }
+    }
 
     #[test]
     fn what_was_added_is_said_without_endless_lists() {
