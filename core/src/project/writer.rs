@@ -327,10 +327,14 @@ impl Writer {
         }
     }
 
-    /// The project as it is now under another name; `None` when that is its name, and it is written.
+    /// The project as it is now under another name; `None` when it is written under that name already.
     fn saved_as(&self, path: &Path) -> Result<Option<Project>, ProjectError> {
         if same_file(self.project.path(), path) {
-            return self.failing.clone().map_or(Ok(None), Err);
+            if self.project.ensure_in_place().is_ok() {
+                return self.failing.clone().map_or(Ok(None), Err);
+            }
+            // Another file may have the name, and the person wants this one to have it.
+            return Project::create(path, &self.contents()).map(Some);
         }
         let copied = self.project.copy_to(path).and_then(|mut copy| {
             if self.is_behind() {

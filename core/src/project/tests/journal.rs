@@ -166,6 +166,21 @@ fn what_is_saved_elsewhere_while_the_file_cannot_be_written_has_no_map_of_other_
 }
 
 #[test]
+fn a_project_whose_name_another_file_has_taken_gets_it_back_when_it_is_saved_under_it() {
+    let (folder, path) = place();
+    let (journal, mut history) = start(&path);
+    fs::rename(&path, folder.path().join("moved.inplace")).unwrap();
+    fs::write(&path, "another file").unwrap();
+    journal.record(click(&mut history, 1));
+    assert!(matches!(event(&journal), JournalEvent::Failed(_)));
+    journal.save_as(path.clone(), false);
+    assert_eq!(event(&journal), JournalEvent::Saved { path: path.clone() });
+    journal.record(click(&mut history, 2));
+    journal.close().unwrap();
+    assert_saved(&path, &history);
+}
+
+#[test]
 fn a_model_that_does_not_fit_on_the_disk_is_told_and_keeps_no_edit_from_being_written() {
     let (folder, path) = place();
     let mut contents = contents(folder.path());
