@@ -188,14 +188,17 @@ impl Workspace {
         self.session.maps().get(frame)
     }
 
-    /// The maps of all frames, if they follow the labels as they are now.
-    pub(crate) fn maps_of_labels(&self) -> Option<Vec<Arc<FrameMap>>> {
-        let (labels, generation) = (self.document.labels(), self.document.generation());
-        let follows = |map: &Arc<FrameMap>| map.generation == generation && map.has_import_of(labels);
+    /// The map of a frame, if it follows the labels as they are now, imported images and all.
+    pub(crate) fn following_map(&self, frame: usize) -> Option<Arc<FrameMap>> {
+        let map = self.newest_map(frame)?;
+        let is_newest = map.generation == self.document.generation();
+        (is_newest && map.has_import_of(self.document.labels())).then_some(map)
+    }
+
+    /// The maps of all frames, if all follow the labels as they are now.
+    pub(crate) fn following_maps(&self) -> Option<Vec<Arc<FrameMap>>> {
         let frames = 0..self.scene.frames.len();
-        frames
-            .map(|frame| self.newest_map(frame).filter(follows))
-            .collect()
+        frames.map(|frame| self.following_map(frame)).collect()
     }
 
     /// Has the field rendered as seen from here.
@@ -294,5 +297,40 @@ impl Workspace {
         let ((commands, _), (_, events)) = (unbounded(), unbounded());
         let session = Session::answered_by(commands, events, Arc::default());
         Self::new(Arc::new(scene), 1, session, Document::new(History::default(), 0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use inplace_core::labels::{ImportedLabels, ImportedMap, LabelImages, Trust};
+    use inplace_core::scene::demo::Shot;
+    use inplace_core::semantics::{LabelPropagation, SurfaceImport};
+
+    use super::*;
+
+    #[test]
+    fn a_map_follows_the_labels_when_it_has_their_imported_images() {
+        let mut workspace = Workspace::of_test(Shot::new(1, [64, 48]).scene(&|_, _| {}));
+        let scene = Arc::clone(&workspace.scene);
+        let map = ImportedMap::new(0, &[1; 64 * 48]);
+        let images = LabelImages {
+            labels: ImportedLabels::new(vec![map], Trust::RIGHT),
+            classes: Vec::new(),
+            objects: Vec::new(),
+            unmatched: 0,
+        };
+        workspace.edit(|history| Some(history.import(images)));
+        let labels = workspace.document.labels();
+        let surface = Arc::new(Surface::build(&scene, &[], 8.0).unwrap());
+        let import = SurfaceImport::new(&surface, labels).unwrap();
+        let mut propagation = LabelPropagation::new(surface);
+        propagation.set_labels(&scene, labels);
+        let maps = workspace.session.maps();
+        maps.reset(1);
+        maps.publish(propagation.map(&scene, 0, workspace.document.generation()));
+        assert!(workspace.newest_map(0).is_some() && workspace.following_maps().is_none());
+        propagation.set_import(import);
+        maps.publish(propagation.map(&scene, 0, workspace.document.generation()));
+        assert!(workspace.following_maps().is_some());
     }
 }

@@ -100,11 +100,10 @@ impl Model {
         };
         // Those of other frames would have to be looked up in thousands of files.
         let frames = workspace.scene.keyframes().into_iter();
-        let maps = frames.filter_map(|frame| workspace.newest_map(frame));
-        let generation = workspace.document.generation();
+        let maps = frames.filter_map(|frame| workspace.following_map(frame));
         project.keep(Results {
             view: Some(workspace.kept_view(&self.state.settings)),
-            maps: maps.filter(|map| map.generation == generation).collect(),
+            maps: maps.collect(),
             state: workspace.state.clone(),
         });
     }

@@ -45,7 +45,7 @@ impl Model {
         let (Some(workspace), Some(choice)) = (self.state.workspace(), &self.waiting_export) else {
             return;
         };
-        let Some(maps) = workspace.maps_of_labels() else {
+        let Some(maps) = workspace.following_maps() else {
             if workspace.ended {
                 self.give_up_export();
             }
