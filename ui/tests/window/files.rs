@@ -74,6 +74,7 @@ fn told(window: &Window, command: &egui::ViewportCommand) -> bool {
 
 #[test]
 fn an_export_is_started_once_and_can_be_cancelled_and_a_window_that_is_closed_meanwhile_waits_for_it() {
+    use egui::ViewportCommand::{CancelClose, Close};
     let folder = tempfile::tempdir().unwrap();
     let (out, other) = (folder.path().join("out"), folder.path().join("other"));
     let mut window = Window::with_demo(folder.path());
@@ -102,8 +103,7 @@ fn an_export_is_started_once_and_can_be_cancelled_and_a_window_that_is_closed_me
         let viewport = window.harness.input_mut().viewports.entry(root);
         viewport.or_default().events.push(egui::ViewportEvent::Close);
         window.harness.step();
-        let commands = [egui::ViewportCommand::CancelClose, egui::ViewportCommand::Close];
-        let answers = commands.map(|command| told(window, &command));
+        let answers = [CancelClose, Close].map(|command| told(window, &command));
         let viewport = window.harness.input_mut().viewports.entry(root);
         viewport.or_default().events.clear();
         window.harness.run_steps(2);
