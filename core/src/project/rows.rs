@@ -188,9 +188,9 @@ fn write_edit(connection: &Connection, number: usize, edit: &Edit) -> rusqlite::
     )
 }
 
-/// Number of edits, and how many of them are in force.
+/// Number of edits, by the number that the next one would have, and how many of them are in force.
 pub(super) fn read_position(connection: &Connection) -> rusqlite::Result<(usize, usize)> {
-    let position = "SELECT (SELECT count(*) FROM edit), cursor FROM project";
+    let position = "SELECT (SELECT ifnull(max(number) + 1, 0) FROM edit), cursor FROM project";
     connection.query_row(position, [], |row| Ok((unsigned(row, 0)?, unsigned(row, 1)?)))
 }
 
