@@ -134,9 +134,23 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// Around the centres of cameras in metres, without the few that are [lost](camera::box_around).
+    pub(crate) fn of_cameras(centers: impl Iterator<Item = Vec3> + Clone) -> Self {
+        let centers = centers.map(|center| center.as_dvec3());
+        let [min, max] = camera::box_around(centers, camera::NARROWEST_GAP);
+        Self {
+            min: min.as_vec3(),
+            max: max.as_vec3(),
+        }
+    }
+
     /// Length of each side, in metres.
     pub fn size(&self) -> Vec3 {
         self.max - self.min
+    }
+
+    fn contains(&self, place: Vec3) -> bool {
+        place.cmpge(self.min).all() && place.cmple(self.max).all()
     }
 }
 
@@ -231,6 +245,7 @@ impl Scene {
         }
         scene.take_the_size_of_a_room();
         keyframes::choose(&mut scene, options)?;
+        scene.warn_of_lost_cameras();
         scene.warn_of_wide_lenses();
         for sentence in scene.warnings.iter_mut().chain(&mut scene.notes) {
             *sentence = shown(&*sentence);
@@ -255,7 +270,7 @@ impl Scene {
     fn take_the_size_of_a_room(&mut self) {
         let is_metric = self.has_depth() || self.frames.iter().any(|frame| !frame.points.is_empty());
         let centers = self.frames.iter().map(|frame| frame.center().as_dvec3());
-        let unit = camera::unit_of_cameras(centers);
+        let unit = camera::unit_of_cameras(centers, camera::NARROWEST_GAP);
         if is_metric || self.unit != 1.0 || (SMALLEST_UNIT..=LARGEST_UNIT).contains(&unit) {
             return;
         }
@@ -267,6 +282,15 @@ impl Scene {
         self.notes.push(format!(
             "a metre here is {unit:.4} units of the poses: without depth their scale is arbitrary, and the cameras now span 2 m"
         ));
+    }
+
+    fn warn_of_lost_cameras(&mut self) {
+        let cameras = Bounds::of_cameras(self.frames.iter().map(Frame::center));
+        let lost = self.frames.iter().filter(|frame| !cameras.contains(frame.center()));
+        let lost: Vec<String> = lost.map(|frame| frame.stem.clone()).collect();
+        let poses = formats::pose_file(self.format);
+        let what = format!("cameras are far away from all others; check their poses in {poses}");
+        files::warn(&mut self.warnings, &what, &lost);
     }
 
     fn warn_of_wide_lenses(&mut self) {
@@ -323,15 +347,15 @@ impl Scene {
 
     /// Box around what the cameras see, in metres: around the cameras and the measured points where there
     /// is depth (without the farthest 0.2% on each side) or else sparse points (without 1%), else around
-    /// the cameras with a room's margin.
+    /// the cameras with a room's margin. The few cameras that are lost far away do not count, nor does what they see.
     pub fn bounds(&self) -> Bounds {
-        let centers = || self.frames.iter().map(Frame::center);
-        let mut min = centers().fold(Vec3::INFINITY, Vec3::min);
-        let mut max = centers().fold(Vec3::NEG_INFINITY, Vec3::max);
+        let cameras = Bounds::of_cameras(self.frames.iter().map(Frame::center));
+        let frames = self.frames.iter().filter(|frame| cameras.contains(frame.center()));
+        let Bounds { mut min, mut max } = cameras;
         let (points, trimmed) = if self.has_depth() {
-            (self.sampled_points(), TRIMMED)
+            (sampled_points(frames), TRIMMED)
         } else {
-            (self.sparse_points(), TRIMMED_SPARSE)
+            (sparse_points(frames), TRIMMED_SPARSE)
         };
         if points.is_empty() {
             let margin = (max - min).max_element().max(2.5);
@@ -353,26 +377,26 @@ impl Scene {
             max: max + margin,
         }
     }
+}
 
-    /// World points of about 200 measured pixels of every keyframe.
-    fn sampled_points(&self) -> Vec<Vec3> {
-        let mut points = Vec::new();
-        for frame in self.frames.iter().filter(|frame| frame.is_keyframe()) {
-            let Some(depth) = frame.depth() else { continue };
-            let sampled = depth.sampled(200);
-            points.extend(sampled.map(|(index, length)| frame.place(index, length)));
-        }
-        points
+/// World points of about 200 measured pixels of every keyframe.
+fn sampled_points<'a>(frames: impl Iterator<Item = &'a Frame>) -> Vec<Vec3> {
+    let mut points = Vec::new();
+    for frame in frames.filter(|frame| frame.is_keyframe()) {
+        let Some(depth) = frame.depth() else { continue };
+        let sampled = depth.sampled(200);
+        points.extend(sampled.map(|(index, length)| frame.place(index, length)));
     }
+    points
+}
 
-    /// World positions of the sparse points of every frame; one that many frames see counts as often.
-    fn sparse_points(&self) -> Vec<Vec3> {
-        let of_frame = |frame: &Frame| {
-            let place = |point: &SparsePoint| frame.place(point.pixel as usize, point.length);
-            frame.points.iter().map(place).collect::<Vec<Vec3>>()
-        };
-        self.frames.iter().flat_map(of_frame).collect()
-    }
+/// World positions of the sparse points of every frame; one that many frames see counts as often.
+fn sparse_points<'a>(frames: impl Iterator<Item = &'a Frame>) -> Vec<Vec3> {
+    let of_frame = |frame: &Frame| {
+        let place = |point: &SparsePoint| frame.place(point.pixel as usize, point.length);
+        frame.points.iter().map(place).collect::<Vec<Vec3>>()
+    };
+    frames.flat_map(of_frame).collect()
 }
 
 #[cfg(test)]
@@ -390,6 +414,29 @@ mod tests {
         let folder = root.path().join("wall");
         write_replica(&scene, &folder, None).unwrap();
         open(&folder).unwrap()
+    }
+
+    #[test]
+    fn a_camera_that_is_lost_far_away_does_not_widen_the_box_and_is_told() {
+        let lost = |frames: usize| {
+            let mut scene = wall(frames, 16, 12);
+            scene.frames[frames - 1].camera_to_world.translation.x += 500.0;
+            scene
+        };
+        for has_depth in [true, false] {
+            let scene = lost(30);
+            let all = if has_depth { scene } else { without_depth(scene) };
+            let mut others = all.clone();
+            others.frames.pop();
+            assert_eq!(all.bounds(), others.bounds());
+        }
+        assert!(lost(10).bounds().max.x > 500.0, "one of ten can be another place");
+        let mut scene = lost(30);
+        scene.warn_of_lost_cameras();
+        assert!(scene.warnings[0].ends_with("(1 in all): rgb_29"), "{:?}", scene.warnings);
+        let mut scene = lost(10);
+        scene.warn_of_lost_cameras();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     }
 
     #[test]

@@ -9,6 +9,13 @@ use super::pixel_errors::median;
 /// Longest side of the box around the cameras of a capture that is scaled by them, in metres.
 const CAMERA_EXTENT: f64 = 2.0;
 
+/// Where tracking failed, a few cameras are far away from where they were: at most one in so many at each end of an axis,
+/// beyond a gap of so many times what most cameras span.
+const LOST: usize = 20;
+const GAP: f64 = 10.0;
+/// The narrowest such gap, in metres: where most cameras are in one place, others may be some steps away.
+pub const NARROWEST_GAP: f64 = 10.0;
+
 /// Moving by so many metres changes what a camera sees as much as turning by a radian does: a usual distance of what
 /// it sees in a room.
 const METRES_PER_RADIAN: f32 = 2.5;
@@ -263,11 +270,27 @@ pub fn median_position(positions: impl Iterator<Item = DVec3> + Clone) -> DVec3 
     DVec3::new(middle(0), middle(1), middle(2))
 }
 
+/// The lowest and the highest corner of the box around camera positions, without the few of them that are lost: those beyond
+/// a gap along an axis, which has at least this width. Zero where there are none.
+pub fn box_around(positions: impl Iterator<Item = DVec3> + Clone, narrowest_gap: f64) -> [DVec3; 2] {
+    let along = |axis: usize| {
+        let mut values: Vec<f64> = positions.clone().map(|position| position[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        let few = values.len() / LOST;
+        let most = values.get(few).zip(values.iter().nth_back(few));
+        let gap = most.map_or(0.0, |(low, high)| narrowest_gap.max(GAP * (high - low)));
+        let together = values.chunk_by(|a, b| b - a <= gap);
+        let kept = together.max_by_key(|values| values.len());
+        kept.map_or([0.0; 2], |kept| [kept[0], kept[kept.len() - 1]])
+    };
+    let [x, y, z] = [along(0), along(1), along(2)];
+    [DVec3::new(x[0], y[0], z[0]), DVec3::new(x[1], y[1], z[1])]
+}
+
 /// The length of a metre, in the unit of these camera positions, that lets them span 2 m: for captures
-/// whose scale is arbitrary. 1 where they are all in one place.
-pub fn unit_of_cameras(positions: impl Iterator<Item = DVec3> + Clone) -> f64 {
-    let low = positions.clone().fold(DVec3::INFINITY, DVec3::min);
-    let high = positions.fold(DVec3::NEG_INFINITY, DVec3::max);
+/// whose scale is arbitrary. 1 where they are all in one place. The gap is that of [`box_around`].
+pub fn unit_of_cameras(positions: impl Iterator<Item = DVec3> + Clone, narrowest_gap: f64) -> f64 {
+    let [low, high] = box_around(positions, narrowest_gap);
     let unit = (high - low).max_element() / CAMERA_EXTENT;
     if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
 }
@@ -302,6 +325,44 @@ mod tests {
             assert_eq!(image_size([side, 480.0]), None, "{side}");
             assert_eq!(image_size([640.0, side]), None, "{side}");
         }
+    }
+
+    /// Camera positions at these places along y.
+    fn line(places: impl IntoIterator<Item = f64>) -> Vec<DVec3> {
+        let places = places.into_iter();
+        places.map(|y| DVec3::new(1.0, y, -2.0)).collect()
+    }
+
+    #[test]
+    fn a_few_cameras_far_from_all_others_are_lost_and_those_of_a_walk_are_not() {
+        let ends = |positions: &[DVec3], gap: f64| {
+            let [low, high] = box_around(positions.iter().copied(), gap);
+            assert_eq!([low.x, high.x, low.z, high.z], [1.0, 1.0, -2.0, -2.0]);
+            [low.y, high.y]
+        };
+        let around = |more: &[f64]| {
+            let room = (0..40).map(|k| 0.1 * f64::from(k));
+            line(room.chain(more.iter().copied()))
+        };
+        let room = ends(&around(&[]), 0.0);
+        assert_eq!(room, [0.0, 0.1 * 39.0]);
+        for gap in [0.0, NARROWEST_GAP] {
+            assert_eq!(ends(&around(&[500.0]), gap), room);
+            assert_eq!(ends(&around(&[-60.0, 500.0, -700.0]), gap), room);
+        }
+        // A tenth of the cameras is another place, and of ten or of few metres nobody can tell.
+        let another = [500.0; 4];
+        assert_eq!(ends(&around(&another), 0.0)[1], 500.0);
+        let ten = line((0..9).map(f64::from).chain([500.0]));
+        assert_eq!(ends(&ten, 0.0), [0.0, 500.0]);
+        let corridor = line((0..100).map(|k| 2.0 * f64::from(k)));
+        assert_eq!(ends(&corridor, 0.0), [0.0, 198.0]);
+        let few_steps = line([0.0; 97].into_iter().chain([1.0, 2.0, 9.0]));
+        assert_eq!(ends(&few_steps, NARROWEST_GAP), [0.0, 9.0]);
+
+        let unit = |positions: Vec<DVec3>| unit_of_cameras(positions.into_iter(), 0.0);
+        assert_eq!(unit(around(&[500.0])), unit(around(&[])));
+        assert_eq!(unit(Vec::new()), 1.0);
     }
 
     #[test]

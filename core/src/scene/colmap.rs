@@ -289,7 +289,7 @@ fn choose_unit((listed, observations): &Images, model: &Model) -> f64 {
     let farthest = centres().fold(0.0, |farthest, centre| centre.abs().max_element().max(farthest));
     median
         .filter(|unit| unit.is_finite() && *unit > 0.0 && 2.0 * farthest / unit <= FARTHEST)
-        .unwrap_or_else(|| unit_of_cameras(centres()))
+        .unwrap_or_else(|| unit_of_cameras(centres(), 0.0))
 }
 
 #[cfg(test)]

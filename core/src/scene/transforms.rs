@@ -50,7 +50,11 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
     let metric = listed.iter().any(|frame| frame.depth.is_some());
     let placing = Placing {
         origin: median_position(centres()),
-        unit: if metric { 1.0 } else { unit_of_cameras(centres()) },
+        unit: if metric {
+            1.0
+        } else {
+            unit_of_cameras(centres(), 0.0)
+        },
     };
     if !metric {
         notes.push(format!(

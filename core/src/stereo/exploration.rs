@@ -8,7 +8,7 @@ use super::level::Level;
 use super::selection::select;
 use super::view::View;
 use super::{EXPLORING, StereoError, Work};
-use crate::scene::{Frame, Scene};
+use crate::scene::{Bounds, Frame, Scene};
 
 /// Nearest depth that is looked for at first, as a share of the cameras' extent.
 const NEAREST: f32 = 0.06;
@@ -43,11 +43,9 @@ pub struct Setup {
 /// Cameras that are all in one place, or a caller that wants no more.
 pub fn explore(level: &Level, scene: &Scene, frames: &[usize], work: &Work) -> Result<Setup, StereoError> {
     let views = &level.views;
-    let centers = || views.iter().map(|view| view.center);
-    let min = centers().fold(Vec3::INFINITY, Vec3::min);
-    let max = centers().fold(Vec3::NEG_INFINITY, Vec3::max);
-    let extent = (max - min).max_element();
-    if views.is_empty() || extent <= 0.0 {
+    let cameras = Bounds::of_cameras(views.iter().map(|view| view.center));
+    let extent = cameras.size().max_element();
+    if extent <= 0.0 {
         return Err(StereoError::NoParallax);
     }
     let assumed = |number: usize| {

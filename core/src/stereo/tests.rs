@@ -93,6 +93,20 @@ fn a_wall_is_found_at_its_depth_in_images_of_half_the_size() {
 }
 
 #[test]
+fn a_camera_that_is_lost_far_away_changes_nothing_for_the_others() {
+    let (mut scene, mut truth) = capture(false);
+    for _ in 0..2 {
+        scene.frames.extend_from_within(..);
+        truth.extend_from_within(..);
+    }
+    scene.frames[27].camera_to_world.translation.x += 500.0;
+    let maps = depth(&scene);
+    let errors = errors(&scene, &maps[..27], &truth, |_, _| true);
+    assert_eq!(errors.len(), 27 * scene.frames[0].camera.pixels() / 4);
+    assert!(share(&errors, 0.02) > 0.9, "{}", share(&errors, 0.02));
+}
+
+#[test]
 fn depth_changes_where_a_thing_ends() {
     let (scene, truth) = capture(true);
     let maps = depth(&scene);

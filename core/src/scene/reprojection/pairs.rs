@@ -1,10 +1,9 @@
 //! Which frames are compared with each other.
 
-use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::scene::pixel_errors::median;
-use crate::scene::{Frame, Scene};
+use crate::scene::{Bounds, Frame, Scene};
 
 /// Distance between the cameras of a pair that is aimed at, in distances to the surface: about five degrees,
 /// which moves corners by many pixels and hardly changes their looks.
@@ -120,11 +119,8 @@ pub(super) fn assumed_distance(scene: &Scene) -> f64 {
 
 /// Longest side of the box around the cameras, in metres.
 fn extent(scene: &Scene) -> f64 {
-    let centres = || scene.frames.iter().map(Frame::center);
-    let low = centres().fold(Vec3::INFINITY, Vec3::min);
-    let high = centres().fold(Vec3::NEG_INFINITY, Vec3::max);
-    let extent: DVec3 = (high - low).as_dvec3();
-    extent.max_element().max(0.0)
+    let cameras = Bounds::of_cameras(scene.frames.iter().map(Frame::center));
+    f64::from(cameras.size().max_element())
 }
 
 /// About a hundred known ray lengths of a frame, in metres.
