@@ -50,9 +50,12 @@ impl OccupancyGrid {
             })
         };
         for (origin, direction, length) in rays() {
+            let Some((enter, leave)) = volume.clip(origin, direction) else {
+                continue;
+            };
             // Keep a distance from the surface, for noise and for the size of a cell.
-            let end = length * 0.97 - 2.0 * cell;
-            let mut t = 0.5 * cell;
+            let end = (length * 0.97 - 2.0 * cell).min(leave + cell);
+            let mut t = enter + 0.5 * cell;
             while t < end {
                 if let Some(index) = index_of(volume.to_unit(origin + t * direction)) {
                     self.density[index] = 0.0;
@@ -182,7 +185,7 @@ fn index_of(unit: Vec3) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::SparsePoint;
+    use crate::scene::{DepthMap, SparsePoint};
 
     #[test]
     fn cells_found_empty_become_empty_and_come_back_when_filled() {
@@ -195,6 +198,21 @@ mod tests {
         assert!(!grid.is_occupied(unit));
         grid.update(&[cell], &[50.0]);
         assert!(grid.is_occupied(unit));
+    }
+
+    #[test]
+    fn rays_are_followed_no_farther_than_through_the_cube() {
+        let mut scene = crate::scene::testing::wall(3, 32, 24);
+        let volume = Volume::around(&scene.bounds());
+        scene.frames[0].set_depth(Some(DepthMap::from_ray_lengths(32, &[1e10; 32 * 24])));
+        scene.frames[2].camera_to_world.translation.z -= 1e9;
+        let mut grid = OccupancyGrid::unknown(0.02);
+        grid.carve(&scene, &volume);
+        let (frame, middle) = (&scene.frames[1], 12 * 32 + 16);
+        let length = frame.ray_length(middle).unwrap();
+        let along = |length: f32| volume.to_unit(frame.place(middle, length));
+        assert!(!grid.is_occupied(along(0.5 * length)));
+        assert!(grid.is_occupied(along(length)));
     }
 
     #[test]

@@ -4,6 +4,9 @@ use glam::Vec3;
 
 use crate::scene::Bounds;
 
+/// From so many sides away the cube is smaller than a pixel, and single precision still tells steps through it apart.
+const FARTHEST: f32 = 1e4;
+
 /// The cube of the world that the field models; its encoding works in unit coordinates inside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
@@ -29,14 +32,15 @@ impl Volume {
         (world - self.min) / self.side
     }
 
-    /// Distances in metres at which a ray enters and leaves the cube; `None` when it misses it.
+    /// Distances in metres at which a ray enters and leaves the cube; `None` when it misses it, or begins so far away that it
+    /// sees nothing of it.
     pub fn clip(&self, origin: Vec3, direction: Vec3) -> Option<(f32, f32)> {
         let inverse = direction.recip();
         let a = (self.min - origin) * inverse;
         let b = (self.min + self.side - origin) * inverse;
         let enter = a.min(b).max_element().max(0.0);
         let leave = a.max(b).min_element();
-        (leave > enter).then_some((enter, leave))
+        (leave > enter && enter < FARTHEST * self.side).then_some((enter, leave))
     }
 }
 
@@ -54,5 +58,7 @@ mod tests {
         assert_eq!(through, Some((1.0, 3.0)));
         assert_eq!(volume.clip(Vec3::splat(1.0), Vec3::Z), Some((0.0, 1.0)));
         assert_eq!(volume.clip(Vec3::new(-1.0, 3.0, 1.0), Vec3::X), None);
+        assert!(volume.clip(Vec3::new(-1e4, 1.0, 1.0), Vec3::X).is_some());
+        assert_eq!(volume.clip(Vec3::new(-1e5, 1.0, 1.0), Vec3::X), None);
     }
 }
