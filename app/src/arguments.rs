@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use inplace_core::arguments::{TrainingArguments, Wanted, image_size, number, seconds};
 use inplace_core::export::Format;
 use inplace_core::labels::Trust;
+use inplace_core::scene::demo::MOST_ROOMS;
 
 use crate::commands::Failure;
 
@@ -59,7 +60,7 @@ pub enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// Rooms of the written scene, in a row; the frames go through them one after the other.
-        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..), requires = "out")]
+        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_ROOMS)), requires = "out")]
         rooms: u16,
         /// Number of frames of the written scene, of all rooms together.
         #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(2..), requires = "out")]
@@ -229,19 +230,21 @@ mod tests {
     #[test]
     fn wrong_arguments_exit_with_2() {
         for wrong in [
-            "--no-such-option",
-            "--budget=-5",
-            "--budget=never",
-            "--preset=best",
-            "--features=src/main.rs",
-            "--threads=0",
-            "--trust=1",
-            "--import=images --trust=1.5",
-            "--import=images --trust=-0.5",
-            "--import=images --trust=much",
-            "--import=images --trust=nan",
+            "label demo --no-such-option",
+            "label demo --budget=-5",
+            "label demo --budget=never",
+            "label demo --preset=best",
+            "label demo --features=src/main.rs",
+            "label demo --threads=0",
+            "label demo --trust=1",
+            "label demo --import=images --trust=1.5",
+            "label demo --import=images --trust=-0.5",
+            "label demo --import=images --trust=much",
+            "label demo --import=images --trust=nan",
+            "demo --rooms=0",
+            "demo --rooms=1001",
         ] {
-            let given = format!("inplace label demo --out x {wrong}");
+            let given = format!("inplace {wrong} --out x");
             let error = Arguments::try_parse_from(given.split(' ')).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{wrong}: {error}");
             assert!(error.to_string().contains("--help"), "{wrong}: {error}");

@@ -37,13 +37,16 @@ use rooms::Room;
 /// Horizontal field of view of the demo's camera, in degrees.
 const FIELD_OF_VIEW: f32 = 78.0;
 
+/// Most rooms of a shot, as their objects have numbers of 16 bits.
+pub const MOST_ROOMS: u16 = 1000;
+
 /// The light of the rooms, made when it is first wanted.
 type Lit = LazyLock<Vec<LightMap>, Box<dyn FnOnce() -> Vec<LightMap> + Send>>;
 
 /// How the demo is photographed. Longer shots of one room begin with the frames of shorter ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shot {
-    /// Rooms in a row, at least one: furnished as the demo's, mirrored or turned, in colours of their own. The
+    /// Rooms in a row, 1 to [`MOST_ROOMS`]: furnished as the demo's, mirrored or turned, in colours of their own. The
     /// frames go through them one after the other, shared evenly.
     pub rooms: usize,
     /// Number of frames, of all rooms together.

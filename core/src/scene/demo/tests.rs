@@ -117,6 +117,7 @@ fn every_thing_is_an_object_with_a_number_of_its_own_in_each_room() {
         ["wall", "bed", "chair", "pillow", "cushion", "picture"].map(of_class),
         [1, 2, 4, 4, 6, 8]
     );
+    assert!(listed.len() * usize::from(MOST_ROOMS / 2) < usize::from(u16::MAX));
     let things = classes().into_iter().filter(|class| class.thing);
     let things: BTreeSet<ClassId> = things.map(|class| class.id).collect();
     let mut seen = [BTreeSet::new(), BTreeSet::new()];
