@@ -5,7 +5,10 @@ use std::fs;
 use std::process::Command;
 
 use inplace_core::project::Project;
-use inplace_tests::{OnDisk, Running, Small, contents_of, files_below, inplace, label, one_line, succeed};
+use inplace_core::scene::SceneSource;
+use inplace_tests::{
+    OnDisk, Running, Small, contents, contents_of, files_below, inplace, label, one_line, succeed,
+};
 use serde_json::json;
 
 /// The command fails with one sentence that says all of `parts`, and leaves no file in the results.
@@ -62,6 +65,28 @@ fn labels_and_options_that_cannot_be_used_are_refused_in_one_sentence() {
     refused("missing", &["strokes.json"]);
     let without = label(&disk.path("room"), &disk.path("out"));
     assert_refused(&disk, "no strokes file", without, &["room", "--strokes"]);
+}
+
+#[test]
+fn labels_on_frames_that_the_capture_lacks_are_refused_before_its_images_are_read() {
+    let disk = OnDisk::default();
+    for image in files_below(&disk.path("room/rgb")) {
+        let bytes = fs::read(&image).unwrap();
+        fs::write(&image, &bytes[..bytes.len() / 2]).unwrap();
+    }
+    assert_refused(&disk, "images", disk.label(&[]), &["rgb", "10 of 10 images"]);
+    let mut strokes = Small::get().strokes();
+    strokes["strokes"][0]["frame"] = json!("rgb_77");
+    disk.write_strokes(&strokes);
+    assert_refused(&disk, "strokes", disk.label(&[]), &["strokes.json", "rgb_77"]);
+
+    let mut other = contents([64, 48]);
+    other.scene.source = SceneSource::Folder(disk.path("room"));
+    other.scene.frames.iter_mut().for_each(|frame| frame.stem.push('a'));
+    let path = disk.path("work.inplace");
+    drop(Project::create(&path, &other).unwrap());
+    let label = label(&path, &disk.path("out"));
+    assert_refused(&disk, "project", label, &["room", "none of the 4 frames"]);
 }
 
 #[test]

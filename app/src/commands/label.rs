@@ -30,6 +30,16 @@ enum Strokes {
 }
 
 impl Strokes {
+    /// Refuses labels on frames that the capture does not list: depth that has to be estimated makes opening it slow.
+    fn check(&self, listed: &Scene) -> Result<(), Failure> {
+        match self {
+            Self::Project(contents) => contents.check(listed)?,
+            Self::File(path) => drop(read_strokes(path, listed)?),
+            Self::Demo | Self::Nothing => {}
+        }
+        Ok(())
+    }
+
     /// The labels, and the parts that a project knows.
     fn read(self, scene: &Scene, open: OpenOptions) -> Result<(LabelSet, Vec<KnownPart>), Failure> {
         let labels = match self {
@@ -140,6 +150,7 @@ fn label(
 ) -> Result<(), Failure> {
     let progress = Arc::new(Progress::default());
     let mut client = run::start(options.clone(), &progress);
+    strokes.check(&*client.listed()?)?;
     let scene = client.opened()?;
     let load = start.elapsed().as_secs_f64();
     for warning in &scene.warnings {

@@ -133,6 +133,20 @@ impl Contents {
         newest.map_or(0, |generation| generation.saturating_add(1))
     }
 
+    /// Refuses another scene, which may be [listed](crate::session::Event::Listed) alone.
+    ///
+    /// # Errors
+    /// [`ProjectError::OtherScene`] when not one frame of the project is in the scene.
+    pub fn check(&self, scene: &Scene) -> Result<(), ProjectError> {
+        let frames = &self.scene.frames;
+        let is_there = |frame: &FrameRecord| scene.frame_index(&frame.stem).is_some();
+        if frames.is_empty() || frames.iter().any(is_there) {
+            return Ok(());
+        }
+        let folder = PathBuf::from(scene.source.to_string());
+        Err(ProjectError::OtherScene(folder, frames.len()))
+    }
+
     /// Fits the contents to the scene as it was opened: frames are recognised by their stems, so that
     /// frames may have been added, removed or reordered.
     ///
@@ -143,17 +157,13 @@ impl Contents {
     /// gone or have another size. The file is brought in line by [`Journal::start`](super::Journal::start).
     ///
     /// # Errors
-    /// [`ProjectError::OtherScene`] when not one frame of the project is in the scene.
+    /// As [`check`](Self::check).
     pub fn matched(mut self, scene: &Scene, options: OpenOptions) -> Result<Self, ProjectError> {
+        self.check(scene)?;
         let mut record = SceneRecord::of(scene, options);
         let place: HashMap<&str, usize> = (0..scene.frames.len())
             .map(|index| (scene.frames[index].stem.as_str(), index))
             .collect();
-        let known = |frame: &&FrameRecord| place.contains_key(frame.stem.as_str());
-        if !self.scene.frames.is_empty() && !self.scene.frames.iter().any(|frame| known(&frame)) {
-            let folder = PathBuf::from(scene.source.to_string());
-            return Err(ProjectError::OtherScene(folder, self.scene.frames.len()));
-        }
         let mut new_index = Vec::with_capacity(self.scene.frames.len());
         for frame in &self.scene.frames {
             new_index.push(place.get(frame.stem.as_str()).copied().unwrap_or_else(|| {

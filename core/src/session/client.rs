@@ -144,6 +144,17 @@ impl Client {
         self.wait_until(Some(deadline), |_| false).map(|_| ())
     }
 
+    /// Waits for the frames of the capture as they are [listed](Event::Listed).
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    pub fn listed(&mut self) -> Result<Arc<Scene>, ClientError> {
+        self.wait(|event| match event {
+            Event::Listed(scene) => Some(Arc::clone(scene)),
+            _ => None,
+        })
+    }
+
     /// Waits for the scene.
     ///
     /// # Errors
