@@ -4,6 +4,7 @@ mod cache;
 mod camera;
 mod colmap;
 pub mod demo;
+mod depth;
 mod error;
 mod files;
 mod formats;

@@ -118,7 +118,7 @@ impl Shot {
                 turn: Turn::None,
                 depth_problem: None,
             };
-            Arc::new(Unread::new(PathBuf::new(), move || Ok(Ok(render()))))
+            Arc::new(Unread::new(PathBuf::new(), move || Ok(render())))
         });
         let unread: Vec<Arc<Unread>> = unread.collect();
         listed(self.frames_of(&house, |index| {

@@ -66,6 +66,9 @@ pub enum ImageError {
     /// A depth image has other channels than one of 16 bits.
     #[error("not a 16-bit greyscale PNG")]
     NotDepth,
+    /// There is no camera for depth images of its size, for this reason.
+    #[error("{0}")]
+    DepthCamera(String),
     /// A depth image of the first width and height is of another shape than its colour image, of the second.
     #[error("{}x{} pixels, which is another shape than that of its {}x{} colour image", .0.0, .0.1, .1.0, .1.1)]
     Shape((u32, u32), (u32, u32)),

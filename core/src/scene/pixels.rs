@@ -62,8 +62,8 @@ pub(super) struct FirstRead {
     pub depth_problem: Option<String>,
 }
 
-/// The inner error is that of an image that cannot be used, the outer one that of a capture that cannot be read at all.
-pub(super) type FirstReading = Result<Result<FirstRead, ImageError>, SceneError>;
+/// What was read first, or why the image cannot be used.
+pub(super) type FirstReading = Result<FirstRead, ImageError>;
 
 /// The files of a frame before they are read: whoever wants its pixels first reads them, for everybody.
 pub(super) struct Unread {
@@ -89,10 +89,10 @@ impl Unread {
         // What is there is whole, so a panic in another thread does not spoil it.
         let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(read) = &*done {
-            return Ok(Ok(read.clone()));
+            return Ok(read.clone());
         }
         let read = (self.read)()?;
-        *done = read.as_ref().ok().cloned();
+        *done = Some(read.clone());
         Ok(read)
     }
 
@@ -106,7 +106,7 @@ impl Unread {
     /// # Errors
     /// Files that cannot be used.
     pub fn pixels(&self, read: FirstReading) -> Result<Pixels, SceneError> {
-        let read = read?.map_err(|error| unreadable(&self.path, error))?;
+        let read = read.map_err(|error| unreadable(&self.path, error))?;
         Ok(read.pixels)
     }
 }

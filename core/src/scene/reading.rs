@@ -8,12 +8,13 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::camera::placed;
+use super::depth::DepthImages;
 use super::error::ImageError;
 use super::files::{file_name, leave_out, unreadable};
 use super::images::{ImageFile, Turn, warn_of_turns};
 use super::keyframes::Keeping;
 use super::pixels::{FirstRead, FirstReading, Unread};
-use super::{ColorImage, DepthMap, Frame, FramePixels, OpenOptions, Pixels, SceneError};
+use super::{ColorImage, Frame, FramePixels, OpenOptions, Pixels, SceneError};
 
 /// Who follows the reading of a capture.
 #[derive(Clone, Copy)]
@@ -47,47 +48,40 @@ pub(super) struct Placing {
     pub unit: f64,
 }
 
-/// Decodes a depth image for the colour image of its frame. The inner error is that of an image that cannot be used, the
-/// outer one that of a capture that cannot be read at all.
-pub(super) type ReadDepth =
-    Box<dyn Fn(&Path, &ColorImage) -> Result<Result<DepthMap, ImageError>, SceneError> + Send + Sync>;
-
 /// The files of a frame.
 struct Files {
     image: ImageFile,
-    depth: Option<(PathBuf, ReadDepth)>,
+    depth: Option<(PathBuf, DepthImages)>,
 }
 
 impl Files {
     /// Reads them for the first time: a depth image that cannot be used is left out.
     fn read(&self) -> FirstReading {
-        let (color, turn) = match self.image.decode() {
-            Ok(decoded) => decoded,
-            Err(error) => return Ok(Err(error)),
-        };
+        let (color, turn) = self.image.decode()?;
         let (mut measured, mut depth_problem) = (None, None);
-        if let Some((path, decode)) = &self.depth {
-            match decode(path, &color)? {
+        if let Some((path, depth)) = &self.depth {
+            match depth.decode(path, &self.image, &color) {
                 Ok(map) => measured = Some(map),
                 Err(error) => depth_problem = Some(format!("{} ({error})", file_name(path))),
             }
         }
-        Ok(Ok(FirstRead {
+        Ok(FirstRead {
             pixels: Pixels::new(color, measured),
             turn,
             depth_problem,
-        }))
+        })
     }
 
     /// Reads them once more.
     fn read_again(&self, with_depth: bool) -> Result<Pixels, SceneError> {
         let image = &self.image;
         let (color, _) = image.decode().map_err(|error| unreadable(&image.path, error))?;
-        let depth = match self.depth.as_ref().filter(|_| with_depth) {
-            None => None,
-            Some((path, decode)) => Some(decode(path, &color)?.map_err(|error| unreadable(path, error))?),
-        };
-        Ok(Pixels::new(color, depth))
+        let depth = self.depth.as_ref().filter(|_| with_depth);
+        let depth = depth.map(|(path, depth)| {
+            let decoded = depth.decode(path, image, &color);
+            decoded.map_err(|error| unreadable(path, error))
+        });
+        Ok(Pixels::new(color, depth.transpose()?))
     }
 }
 
@@ -103,25 +97,22 @@ pub(super) struct ReadFrame<T> {
     pub seen: T,
 }
 
-/// Reads the listed frames in parallel: each one, or why its image cannot be used. `depth` gives what decodes the depth
-/// image of a frame that has one; `look` looks at the colour image of the frame with this index.
-///
-/// # Errors
-/// What `depth` finds to be wrong with the capture as a whole.
+/// Reads the listed frames in parallel: each one, or why its image cannot be used. `look` looks at the colour image of the
+/// frame with this index.
 pub(super) fn read_frames<T: Send>(
     listed: &[Listed],
     placing: Placing,
     options: OpenOptions,
     progress: Progress,
-    depth: impl Fn(&Listed) -> ReadDepth + Sync,
+    depth: &DepthImages,
     look: impl Fn(usize, &ColorImage) -> T + Sync,
-) -> Result<Vec<Result<ReadFrame<T>, ImageError>>, SceneError> {
+) -> Vec<Result<ReadFrame<T>, ImageError>> {
     let cameras = listed
         .iter()
         .map(|frame| (&frame.image.pinhole, frame.depth.is_some()));
     let keeping = Keeping::of(cameras, options);
     let unread = listed.iter().map(|frame| {
-        let depth = frame.depth.clone().map(|path| (path, depth(frame)));
+        let depth = frame.depth.clone().map(|path| (path, depth.clone()));
         let files = Arc::new(Files {
             image: frame.image.clone(),
             depth,
@@ -140,7 +131,7 @@ pub(super) fn read_frames<T: Send>(
     let done = AtomicUsize::new(0);
     let read = listed.par_iter().zip(&unread).enumerate();
     let read = read.map(|(number, (frame, (files, unread)))| {
-        let read = keeping.read(unread)?.map(|first| {
+        let read = keeping.read(unread).map(|first| {
             let seen = look(number, &first.pixels.color);
             let (files, with_depth) = (Arc::clone(files), first.pixels.depth.is_some());
             let again = move || files.read_again(with_depth);
@@ -153,7 +144,7 @@ pub(super) fn read_frames<T: Send>(
             }
         });
         (progress.read)(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
-        Ok(read)
+        read
     });
     read.collect()
 }

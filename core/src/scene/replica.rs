@@ -8,12 +8,13 @@
 
 mod write;
 
+use super::depth::DepthImages;
 use super::error::{refusal, refuse};
 use super::files::{file_name, leave_out, numbered_files, warn};
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::text::{parse_numbers, pose_of, read_text};
-use super::rgbd::{self, DepthCode, Found, Layout};
+use super::rgbd::{self, Found, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError, colmap, transforms};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -52,8 +53,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         folder,
         images: &folder.join("rgb"),
         depths: &folder.join("depth"),
-        depth_code: DepthCode::MILLIMETRES,
-        depth_camera: None,
+        depth: DepthImages::MILLIMETRES,
         default_camera: &|width, height| {
             Ok(Camera::with_horizontal_fov(width, height, DEFAULT_FIELD_OF_VIEW))
         },

@@ -1,25 +1,22 @@
 //! Captures with an image, a pose and mostly a depth image for each frame, all from one camera: what the
 //! layouts of this kind have in common.
 
-mod depth;
 pub(super) mod pose_files;
 pub(super) mod text;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::camera::median_position;
+use super::depth::DepthImages;
 use super::error::{ImageError, refuse};
 use super::files::{dimensions, file_name, leave_out, stem};
 use super::images::ImageFile;
-use super::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
+use super::reading::{Listed, Placing, Progress, Unusable, keep_usable, read_frames};
 use super::{Camera, OpenOptions, Scene, SceneError, SceneSource};
-use depth::decode_depth;
-pub(super) use depth::{DepthCamera, DepthCode};
 use text::read_intrinsics;
 
 /// Distance of the cameras from zero beyond which the scene gets its own origin, in metres.
@@ -48,10 +45,8 @@ pub(super) struct Layout<'a> {
     pub images: &'a Path,
     /// Folder of the depth images, for messages.
     pub depths: &'a Path,
-    /// What depth images mean.
-    pub depth_code: DepthCode,
-    /// The camera of depth images; `None` where they show what their colour images show.
-    pub depth_camera: Option<Arc<DepthCamera>>,
+    /// How depth images are read.
+    pub depth: DepthImages,
     /// The camera of images of this width and height in pixels.
     pub default_camera: &'a (dyn Fn(u32, u32) -> Result<Camera, String> + Sync),
     /// What to say where that camera was taken.
@@ -61,8 +56,7 @@ pub(super) struct Layout<'a> {
 /// Decodes the listed frames; those that cannot be used are left out and counted, up to half of them.
 ///
 /// # Errors
-/// More than that, intrinsics that do not fit, or a depth image of other proportions than its colour image that no camera
-/// of its own is known for.
+/// More than that, or intrinsics that do not fit.
 pub(super) fn read(
     layout: &Layout,
     found: Vec<Found>,
@@ -74,13 +68,8 @@ pub(super) fn read(
     let listed = with_cameras(layout, found, &mut warnings, &mut notes)?;
     let has_depth = listed.iter().any(|frame| frame.depth.is_some());
     let origin = choose_origin(&listed);
-    let depth = |frame: &Listed| -> ReadDepth {
-        let (camera, code) = (frame.image.pinhole, layout.depth_code);
-        let own = layout.depth_camera.clone();
-        Box::new(move |path, color| decode_depth(path, (code, own.as_deref()), &camera, color))
-    };
     let placing = Placing { origin, unit: 1.0 };
-    let mut read = read_frames(&listed, placing, options, progress, depth, |_, _| ())?;
+    let mut read = read_frames(&listed, placing, options, progress, &layout.depth, |_, _| ());
     for (frame, read) in listed.iter().zip(&mut read) {
         if let Ok(read) = read
             && has_depth

@@ -11,13 +11,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::depth::{DepthCamera, DepthImages};
 use super::error::{refusal, refuse};
 use super::files::numbered_files;
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
 use super::rgbd::text::read_numbers;
-use super::rgbd::{self, DepthCamera, DepthCode, Layout};
+use super::rgbd::{self, Layout};
 use super::{Camera, OpenOptions, Scene, SceneError};
 
 /// The format.
@@ -66,15 +67,17 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         notes.push("no intrinsic_depth.txt: depth is taken to show what the colour images show".to_owned());
     }
     warn_of_extrinsics(folder, &mut warnings)?;
-    let depth_camera =
+    let camera =
         depth.map(|depth| -> Arc<DepthCamera> { Arc::new(move |width, height| depth.camera(width, height)) });
     let layout = Layout {
         format: FORMAT.name,
         folder,
         images: &folder.join("color"),
         depths: &folder.join("depth"),
-        depth_code: DepthCode::MILLIMETRES,
-        depth_camera,
+        depth: DepthImages {
+            camera,
+            ..DepthImages::MILLIMETRES
+        },
         default_camera: &|width, height| match &color {
             Some(color) => color.camera(width, height),
             None => Err(NO_CAMERA.to_owned()),

@@ -8,12 +8,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::depth::DepthImages;
 use super::error::refuse;
 use super::files::{file_name, paths_in};
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::pose_files::{self, FrameFiles, Places};
-use super::rgbd::{self, DepthCode, Layout};
+use super::rgbd::{self, Layout};
 use super::{OpenOptions, Scene, SceneError};
 
 /// The format.
@@ -76,11 +77,10 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         folder,
         images: folder,
         depths: folder,
-        depth_code: DepthCode {
+        depth: DepthImages {
             none: u16::MAX,
-            ..DepthCode::MILLIMETRES
+            ..DepthImages::MILLIMETRES
         },
-        depth_camera: None,
         default_camera: &|width, height| rgbd::published_camera(INTRINSICS, width, height),
         default_camera_note: Some(
             "no intrinsics.txt: taken were the data set's defaults, a focal length of 585 pixels at 640x480 and \

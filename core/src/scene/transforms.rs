@@ -10,16 +10,14 @@ mod file;
 
 use std::path::{Component, Path, PathBuf};
 
-use image::DynamicImage;
-
-use super::camera::{has_proportions, median_position, sampled, unit_of_cameras};
-use super::error::{ImageError, refusal, refuse};
-use super::files::{check_name, decode_image, dimensions, frame_names, leave_out, warn};
+use super::camera::{median_position, unit_of_cameras};
+use super::depth::DepthImages;
+use super::error::{refusal, refuse};
+use super::files::{check_name, dimensions, frame_names, leave_out, warn};
 use super::formats::Format;
-use super::frame::to_image;
 use super::images::ImageFile;
-use super::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
-use super::{Camera, ColorImage, DepthMap, Lens, OpenOptions, Scene, SceneError, SceneSource};
+use super::reading::{Listed, Placing, Progress, Unusable, keep_usable, read_frames};
+use super::{OpenOptions, Scene, SceneError, SceneSource};
 pub(super) use file::{Transforms, pose_of_open_gl};
 
 /// The format.
@@ -69,12 +67,11 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
     if !options.depth {
         listed.iter_mut().for_each(|frame| frame.depth = None);
     }
-    let step = transforms.depth_unit();
-    let depth = |frame: &Listed| -> ReadDepth {
-        let (pinhole, bent) = (frame.image.pinhole, frame.image.bent());
-        Box::new(move |path, color| Ok(decode_depth(path, (&pinhole, bent.as_ref()), color, step)))
+    let depth = DepthImages {
+        steps_per_metre: (1.0 / transforms.depth_unit()) as f32,
+        ..DepthImages::MILLIMETRES
     };
-    let read = read_frames(&listed, placing, options, progress, depth, |_, _| ())?;
+    let read = read_frames(&listed, placing, options, progress, &depth, |_, _| ());
     let unusable = Unusable {
         images: folder,
         depths: folder,
@@ -204,38 +201,6 @@ fn image_name(folder: &Path, path: &str) -> Option<String> {
         .iter()
         .map(|extension| format!("{path}{extension}"))
         .find(|name| folder.join(name).is_file())
-}
-
-/// Depth as ray lengths from a 16-bit image of z-depth in steps of this many metres, or why it cannot be
-/// used. An image of another size shows the same as the colour image: each pixel has the step that lies over
-/// its centre, as a mean across a border would be a surface that is not there.
-fn decode_depth(
-    path: &Path,
-    (camera, lens): (&Camera, Option<&Lens>),
-    color: &ColorImage,
-    step: f64,
-) -> Result<DepthMap, ImageError> {
-    let DynamicImage::ImageLuma16(image) = decode_image(path)? else {
-        return Err(ImageError::NotDepth);
-    };
-    let on_disk = lens.map_or(camera, |lens| &lens.image);
-    let (own_width, own_height) = image.dimensions();
-    if !has_proportions([own_width, own_height], [on_disk.width, on_disk.height]) {
-        return Err(ImageError::Shape(
-            image.dimensions(),
-            (on_disk.width, on_disk.height),
-        ));
-    }
-    let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| [column, row]));
-    let metres = pixels.enumerate().map(|(index, pixel)| {
-        let shown = to_image(camera, lens, pixel).filter(|_| !color.is_hidden(index));
-        shown.map_or(0.0, |[x, y]| {
-            let column = sampled(x, on_disk.width, own_width);
-            let steps = image.get_pixel(column, sampled(y, on_disk.height, own_height));
-            (f64::from(steps.0[0]) * step) as f32
-        })
-    });
-    Ok(DepthMap::from_z_depths(camera, metres.collect()))
 }
 
 #[cfg(test)]

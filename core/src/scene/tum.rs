@@ -14,12 +14,13 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::camera::rigid;
+use super::depth::DepthImages;
 use super::error::{NO_QUATERNION, NOT_FINITE, refuse};
 use super::files::{check_name, file_name, leave_out, stem, warn};
 use super::formats::Format;
 use super::reading::Progress;
 use super::rgbd::text::{parse_numbers, read_text};
-use super::rgbd::{self, DepthCode, Found, Layout};
+use super::rgbd::{self, Found, Layout};
 use super::{OpenOptions, Scene, SceneError};
 
 /// The format.
@@ -95,11 +96,10 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         folder,
         images: &folder.join("rgb"),
         depths: &folder.join("depth"),
-        depth_code: DepthCode {
+        depth: DepthImages {
             steps_per_metre: 5000.0,
-            none: 0,
+            ..DepthImages::MILLIMETRES
         },
-        depth_camera: None,
         default_camera: &|width, height| {
             let &Family(_, [fx, fy, cx, cy], _) = family;
             rgbd::published_camera([fx, fy, cx + 0.5, cy + 0.5], width, height)

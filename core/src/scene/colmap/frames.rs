@@ -6,8 +6,8 @@ use std::path::Path;
 use super::model::{Model, Observation};
 use super::{Images, MOST_ERROR};
 use crate::scene::camera::FARTHEST;
-use crate::scene::error::ImageError;
-use crate::scene::reading::{Listed, Placing, Progress, ReadDepth, Unusable, keep_usable, read_frames};
+use crate::scene::depth::DepthImages;
+use crate::scene::reading::{Listed, Placing, Progress, Unusable, keep_usable, read_frames};
 use crate::scene::{ColorImage, Frame, OpenOptions, SceneError, SparsePoint};
 
 /// Decodes the images and finds the points that they show; images that cannot be used are left out, up to
@@ -31,8 +31,8 @@ pub(super) fn decode(
         projected
     };
     // No frame lists a depth image.
-    let no_depth = |_: &Listed| -> ReadDepth { Box::new(|_, _| Ok(Err(ImageError::Missing))) };
-    let read = read_frames(listed, placing, options, progress, no_depth, project)?;
+    let depth = &DepthImages::MILLIMETRES;
+    let read = read_frames(listed, placing, options, progress, depth, project);
     let unusable = Unusable {
         images: folder,
         depths: folder,

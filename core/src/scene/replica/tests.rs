@@ -185,7 +185,7 @@ intrinsics.txt = 7 7 4 3                     | refused | intrinsics.txt & 4 numb
 intrinsics.txt = 7 7 4 3 0 0                 | refused | intrinsics.txt & image size
 intrinsics.txt = 7 7 4 3 8 six               | refused | intrinsics.txt & line 1: "six"
 intrinsics.txt =                             | refused | intrinsics.txt & 0 numbers
-gray16 depth/depth_6.png 4x4                 | refused | depth_6.png & 4x4 & 8x6
+gray16 depth/depth_6.png 4x4                 | 12 | without depth & depth_6.png & 4x4 & 8x6
 spoil depth/depth_{0,1,2,3,4,5,6,7,8,9,10,11}.png | refused | depth & 12 of 12
 remove depth/depth_5.png; spoil depth/depth_2.png; gray8 depth/depth_6.png 8x6 | 12 | (3 in all) & depth_2.png & rgb_5.png (no file) & 16-bit
 "#;

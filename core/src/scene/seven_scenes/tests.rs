@@ -62,7 +62,7 @@ fn a_sequence_is_read_with_its_poses_depths_and_intrinsics() {
 const CHANGES: &str = r#"
 rgb8 frame-000002.color.jpg 8x6            | refused | frame-000002.color & same frame
 spoil frame-000001.depth.png               | 6 | without depth & frame-000001.depth.png
-gray16 frame-000002.depth.png 4x4          | refused | frame-000002.depth.png & 4x4 & 8x6
+gray16 frame-000002.depth.png 4x4          | 6 | without depth & frame-000002.depth.png & 4x4 & 8x6
 remove frame-000005.pose.txt               | 5 | no .pose.txt & (1 in all) & frame-000005.color.png
 remove frame-00000{0,1,2,3,5}.pose.txt     | refused | 5 images have no .pose.txt & frame-000000.color.png
 frame-000001.pose.txt = nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1 | 5 | (1 in all) & frame-000001.pose.txt & finite

@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::*;
-use crate::scene::Distortion;
 use crate::scene::testing::{
     assert_outside, assert_refused, change_files, check_changes, expanded, far_away, open, opened,
     opened_without_depth, stems, wall, z_depth,
 };
+use crate::scene::{Camera, Distortion};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;
