@@ -85,8 +85,11 @@ fn labels_on_frames_that_the_capture_lacks_are_refused_before_its_images_are_rea
     other.scene.frames.iter_mut().for_each(|frame| frame.stem.push('a'));
     let path = disk.path("work.inplace");
     drop(Project::create(&path, &other).unwrap());
-    let label = label(&path, &disk.path("out"));
-    assert_refused(&disk, "project", label, &["room", "none of the 4 frames"]);
+    for name in ["label", "export"] {
+        let mut command = inplace();
+        command.arg(name).arg(&path).arg("--out").arg(disk.path("out"));
+        assert_refused(&disk, name, command, &["room", "none of the 4 frames"]);
+    }
 }
 
 #[test]

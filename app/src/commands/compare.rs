@@ -25,6 +25,7 @@ fn read(
     let session = run::of_project(&contents, training, false);
     let open = session.open;
     let mut client = run::start(session, progress);
+    contents.check(&*client.listed()?)?;
     let scene = client.opened()?;
     let contents = run::matched(contents, &scene, open)?;
     let labels = contents.history.labels();

@@ -93,6 +93,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     } else {
         let is_learnt = session.state.is_some();
         let mut client = run::start(session, &progress);
+        contents.check(&*client.listed()?)?;
         let scene = client.opened()?;
         let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
         let budget = arguments.budget.filter(|_| !is_learnt).or(usual);

@@ -353,7 +353,7 @@ mod tests {
         // A tenth of the cameras is another place, and of ten or of few metres nobody can tell.
         let another = [500.0; 4];
         assert_eq!(ends(&around(&another), 0.0)[1], 500.0);
-        let ten = line((0..9).map(f64::from).chain([500.0]));
+        let ten = line((0_i32..9).map(f64::from).chain([500.0]));
         assert_eq!(ends(&ten, 0.0), [0.0, 500.0]);
         let corridor = line((0..100).map(|k| 2.0 * f64::from(k)));
         assert_eq!(ends(&corridor, 0.0), [0.0, 198.0]);
