@@ -273,17 +273,23 @@ pub fn median_position(positions: impl Iterator<Item = DVec3> + Clone) -> DVec3 
 /// The lowest and the highest corner of the box around camera positions, without the few of them that are lost: those beyond
 /// a gap along an axis, which has at least this width. Zero where there are none.
 pub fn box_around(positions: impl Iterator<Item = DVec3> + Clone, narrowest_gap: f64) -> [DVec3; 2] {
-    let along = |axis: usize| {
+    let sorted = [0, 1, 2].map(|axis: usize| {
         let mut values: Vec<f64> = positions.clone().map(|position| position[axis]).collect();
         values.sort_by(f64::total_cmp);
+        values
+    });
+    let span_of_most = |values: &Vec<f64>| {
         let few = values.len() / LOST;
-        let most = values.get(few).zip(values.iter().nth_back(few));
-        let gap = most.map_or(0.0, |(low, high)| narrowest_gap.max(GAP * (high - low)));
+        let ends = values.get(few).zip(values.iter().nth_back(few));
+        ends.map_or(0.0, |(low, high)| high - low)
+    };
+    let span = sorted.iter().map(span_of_most).fold(0.0, f64::max);
+    let gap = narrowest_gap.max(GAP * span);
+    let [x, y, z] = sorted.map(|values| {
         let together = values.chunk_by(|a, b| b - a <= gap);
         let kept = together.max_by_key(|values| values.len());
         kept.map_or([0.0; 2], |kept| [kept[0], kept[kept.len() - 1]])
-    };
-    let [x, y, z] = [along(0), along(1), along(2)];
+    });
     [DVec3::new(x[0], y[0], z[0]), DVec3::new(x[1], y[1], z[1])]
 }
 
@@ -350,7 +356,7 @@ mod tests {
             assert_eq!(ends(&around(&[500.0]), gap), room);
             assert_eq!(ends(&around(&[-60.0, 500.0, -700.0]), gap), room);
         }
-        // A tenth of the cameras is another place, and of ten or of few metres nobody can tell.
+        // A tenth of the cameras is another place, and of ten, of few metres or upstairs nobody can tell.
         let another = [500.0; 4];
         assert_eq!(ends(&around(&another), 0.0)[1], 500.0);
         let ten = line((0_i32..9).map(f64::from).chain([500.0]));
@@ -359,6 +365,9 @@ mod tests {
         assert_eq!(ends(&corridor, 0.0), [0.0, 198.0]);
         let few_steps = line([0.0; 97].into_iter().chain([1.0, 2.0, 9.0]));
         assert_eq!(ends(&few_steps, NARROWEST_GAP), [0.0, 9.0]);
+        let mut upstairs = around(&[]);
+        upstairs[39].z = 12.0;
+        assert_eq!(box_around(upstairs.into_iter(), 0.0)[1].z, 12.0);
 
         let unit = |positions: Vec<DVec3>| unit_of_cameras(positions.into_iter(), 0.0);
         assert_eq!(unit(around(&[500.0])), unit(around(&[])));
