@@ -203,6 +203,11 @@ pub struct Viewpoint {
 }
 
 impl Viewpoint {
+    /// The camera's centre in the world, in metres.
+    pub(crate) fn center(&self) -> Vec3 {
+        self.camera_to_world.translation.into()
+    }
+
     /// How much the view changes from one to another, in radians.
     pub(crate) fn distance(&self, other: &Self) -> f32 {
         let [own, other] = [self, other].map(|view| view.camera_to_world);

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::cache::Cache;
 use super::pixels::{FirstReading, FramePixels, OnDisk, Pixels, Unread};
-use super::{Camera, ColorImage, Frame, OpenOptions, Scene, SceneError, Viewpoint};
+use super::{Bounds, Camera, ColorImage, Frame, OpenOptions, Scene, SceneError, Viewpoint};
 
 /// Bytes of the pixels read last of frames that are no keyframes.
 const CACHE_BYTES: usize = 128 << 20;
@@ -127,7 +127,13 @@ pub(super) fn choose(scene: &mut Scene, options: OpenOptions) -> Result<(), Scen
 /// farthest from those of all chosen before (farthest-first traversal: Gonzalez, "Clustering to minimize the maximum
 /// intercluster distance", 1985), or rather the sharpest of the frames around it.
 fn spread_out(views: &[Viewpoint], sharpness: &[f32], sizes: &[u64], budget: u64) -> Vec<usize> {
-    let mut gaps = vec![f32::INFINITY; views.len()];
+    // Cameras that are lost far away would be taken first, and others learn nothing from what they see.
+    let cameras = Bounds::of_cameras(views.iter().map(Viewpoint::center));
+    let gap = |view: &Viewpoint| match cameras.contains(view.center()) {
+        true => f32::INFINITY,
+        false => 0.0,
+    };
+    let mut gaps: Vec<f32> = views.iter().map(gap).collect();
     let mut chosen = Vec::new();
     let mut left = budget;
     while let Some(farthest) = (0..views.len()).max_by(|&a, &b| gaps[a].total_cmp(&gaps[b]).then(b.cmp(&a))) {
@@ -232,6 +238,14 @@ mod tests {
         assert_eq!(spread_out(&same, &[1.0; 30], &[1; 30], 30), [0]);
         // One that is larger than all memory for images is still taken.
         assert_eq!(spread_out(&views, &[1.0; 40], &[9; 40], 5).len(), 1);
+    }
+
+    #[test]
+    fn a_camera_that_is_lost_far_away_is_none() {
+        let mut views: Vec<Viewpoint> = (0..40).map(|k| at(0.05 * k as f32, 0.0)).collect();
+        views[17] = at(500.0, 0.0);
+        let chosen = spread_out(&views, &[1.0; 40], &[1; 40], 40);
+        assert!(chosen.len() == 39 && !chosen.contains(&17), "{chosen:?}");
     }
 
     #[test]
