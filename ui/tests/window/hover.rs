@@ -19,19 +19,20 @@ fn asked(window: &Window) -> Vec<Stroke> {
     commands.filter_map(stroke).collect()
 }
 
-/// An answer to a question: two rows of ten pixels from the place on.
+/// An answer to a question: two rows of ten pixels from the place on, and half of each for whoever takes what is outlined.
 fn answer(stroke: &Stroke, generation: u64) -> Event {
     let [x, y] = stroke.first_point().unwrap();
-    let run = |row| Run {
+    let run = |row, pixels| Run {
         row,
         first: x,
-        last: x + 9,
+        last: x + pixels - 1,
     };
     Event::Preview {
         generation,
         preview: Arc::new(Preview {
             stroke: stroke.clone(),
-            won: vec![run(y), run(y + 1)],
+            won: vec![run(y, 10), run(y + 1, 10)],
+            part: vec![run(y, 5), run(y + 1, 5)],
         }),
     }
 }
@@ -134,7 +135,7 @@ fn what_is_outlined_becomes_a_label_by_one_key_and_is_taken_back_in_one_step() {
     let labels = window.labels();
     let region = labels.strokes.last_key_value().unwrap().1;
     assert_eq!((region.kind(), region.class), (StrokeKind::Polygon, 2));
-    assert_eq!(region.pixel_count(WIDTH, HEIGHT), 20);
+    assert_eq!(region.pixel_count(WIDTH, HEIGHT), 10, "only the part at the pointer");
     assert_eq!(outlined(&window), None, "the labels have changed");
     window.press(egui::Modifiers::COMMAND, Key::Z);
     assert_eq!(window.strokes(), 0);

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use rustc_hash::FxHashSet;
+
 use super::LabelPropagation;
-use crate::labels::{Run, Stroke, VOID, pixels_of};
+use crate::labels::{Pixel, Run, Stroke, VOID, pixels_of};
 use crate::scene::Scene;
 use crate::semantics::strays::strays;
-use crate::semantics::{Evidence, FrameMap, Posterior};
+use crate::semantics::{Evidence, FrameMap, NO_NODE, Posterior};
 
 /// What a stroke would win on its frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,6 +18,10 @@ pub struct Preview {
     /// The pixels of the frame that have another class now and would get the stroke's, by row and column; no run touches
     /// another.
     pub won: Vec<Run>,
+    /// Those of them that a person takes who takes what is outlined: the part at the stroke's first point, without the
+    /// voxels that reach beyond what is won, since the label would spread over what lies there. None where that point
+    /// wins nothing.
+    pub part: Vec<Run>,
 }
 
 impl Preview {
@@ -24,13 +30,13 @@ impl Preview {
         self.won.iter().map(Run::pixels).sum()
     }
 
-    /// A stroke of its class that covers just these pixels.
-    pub fn filled(&self) -> Stroke {
-        Stroke {
+    /// A stroke of its class that covers just the part at it, if there is any.
+    pub fn filled(&self) -> Option<Stroke> {
+        (!self.part.is_empty()).then(|| Stroke {
             radius: 0,
-            lines: self.won.iter().map(Run::line).collect(),
+            lines: self.part.iter().map(Run::line).collect(),
             ..self.stroke
-        }
+        })
     }
 }
 
@@ -40,14 +46,16 @@ impl LabelPropagation {
     /// shows; nothing is changed here. A scribble that slips over an edge is the exception: what it covers beyond the
     /// edge counts as it did before. Void spreads nowhere, and wins nothing.
     pub fn preview(&self, scene: &Arc<Scene>, stroke: &Stroke, now: &FrameMap) -> Preview {
+        let [won, part] = self.won_by(scene, stroke, now).unwrap_or_default();
         Preview {
             stroke: stroke.clone(),
-            won: self.won_by(scene, stroke, now).unwrap_or_default(),
+            won,
+            part,
         }
     }
 
-    /// `None` where the stroke labels no node.
-    fn won_by(&self, scene: &Arc<Scene>, stroke: &Stroke, now: &FrameMap) -> Option<Vec<Run>> {
+    /// What it wins, and the part at it; `None` where the stroke labels no node.
+    fn won_by(&self, scene: &Arc<Scene>, stroke: &Stroke, now: &FrameMap) -> Option<[Vec<Run>; 2]> {
         let frame = scene.frames.get(stroke.frame)?;
         let mut pixels = pixels_of(stroke, frame.camera.width, frame.camera.height);
         let hidden = frame.hidden_pixels();
@@ -88,14 +96,50 @@ impl LabelPropagation {
         let map = FrameMap::on_surface((stroke.frame, now.generation), map);
         let (before, after) = (now.labels(), map.labels());
         let is_won = |index: usize| after[index] == stroke.class && before.get(index) != Some(&stroke.class);
-        Some(runs(map.width, after.len(), is_won))
+        let won: Vec<bool> = (0..after.len()).map(is_won).collect();
+        let nodes = self.surface.nodes_of(stroke.frame).unpack();
+        let part = part_at(stroke.first_point()?, &won, &nodes, map.width);
+        Some([won, part].map(|pixels| runs(map.width, &pixels)))
     }
 }
 
-/// The pixels of an image of this width and number of pixels that are in it, as runs by row and column.
-fn runs(width: u32, pixels: usize, is_in: impl Fn(usize) -> bool) -> Vec<Run> {
+/// The part of the pixels that are won at one of them, which is connected along rows and columns, without the nodes that
+/// reach beyond them; `nodes` has that of every pixel of the image, which is this wide.
+fn part_at(place: Pixel, won: &[bool], nodes: &[u32], width: u32) -> Vec<bool> {
+    let mut part = vec![false; won.len()];
+    let index = |[x, y]: Pixel| y as usize * width as usize + x as usize;
+    if won.get(index(place)) != Some(&true) {
+        return part;
+    }
+    let all = || won.iter().zip(nodes);
+    let outside = all().filter(|(won, _)| !**won).map(|(_, &node)| node);
+    let beyond: FxHashSet<u32> = outside.chain([NO_NODE]).collect();
+    let mut is_open: Vec<bool> = all().map(|(&won, node)| won && !beyond.contains(node)).collect();
+    let height = (won.len() / width as usize) as u32;
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+    let gap = |[x, y]: &Pixel| x.abs_diff(place[0]).pow(2) + y.abs_diff(place[1]).pow(2);
+    let nearest = pixels.filter(|&pixel| is_open[index(pixel)]).min_by_key(gap);
+    let mut reached: Vec<Pixel> = nearest.into_iter().collect();
+    while let Some([x, y]) = reached.pop() {
+        let inside = x < width && y < height;
+        if inside && std::mem::take(&mut is_open[index([x, y])]) {
+            part[index([x, y])] = true;
+            let beside = [
+                [x + 1, y],
+                [x, y + 1],
+                [x.wrapping_sub(1), y],
+                [x, y.wrapping_sub(1)],
+            ];
+            reached.extend(beside);
+        }
+    }
+    part
+}
+
+/// The pixels of an image of this width that are in it, as runs by row and column.
+fn runs(width: u32, is_in: &[bool]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
-    for index in (0..pixels).filter(|&index| is_in(index)) {
+    for index in (0..is_in.len()).filter(|&index| is_in[index]) {
         let (row, column) = (index as u32 / width, index as u32 % width);
         match runs.last_mut() {
             Some(run) if run.row == row && run.last + 1 == column => run.last = column,
@@ -113,7 +157,7 @@ fn runs(width: u32, pixels: usize, is_in: impl Fn(usize) -> bool) -> Vec<Run> {
 mod tests {
     use super::*;
     use crate::labels::testing::clicked;
-    use crate::labels::{ClassId, Pixel};
+    use crate::labels::ClassId;
     use crate::scene::testing::{wall, without_depth};
     use crate::semantics::testing::propagated;
 
@@ -154,13 +198,37 @@ mod tests {
                 let (now, then) = (now.labels(), then.labels());
                 let is_won = |index: usize| then[index] == stroke.class && now[index] != stroke.class;
                 let preview = preview(&stroke);
-                assert_eq!(preview.won, runs(80, 80 * 60, is_won), "{stroke:?}");
-                assert_eq!(preview.filled().pixel_count(80, 60), preview.pixels());
+                let won: Vec<bool> = (0..80 * 60).map(is_won).collect();
+                assert_eq!(preview.won, runs(80, &won), "{stroke:?}");
+                let part: u64 = preview.part.iter().map(Run::pixels).sum();
+                let filled = preview.filled();
+                assert_eq!(filled.map_or(0, |filled| filled.pixel_count(80, 60)), part);
                 sizes.push(preview.pixels());
             }
             assert!(sizes[..3].iter().all(|&pixels| pixels > 20), "{sizes:?}");
             assert_eq!(sizes[3], 0, "it says nothing new");
             assert_eq!(preview(&Stroke::click(0, VOID, [50, 40])).pixels(), 0);
         }
+    }
+
+    #[test]
+    fn the_part_at_a_pixel_is_connected_and_without_voxels_that_reach_beyond_what_is_won() {
+        let run = |row, first, last| Run { row, first, last };
+        // A block, a hook on it, and a part of its own.
+        let all = [run(0, 1, 5), run(1, 1, 5), run(2, 5, 5), run(1, 8, 9)];
+        let mut won = vec![false; 30];
+        for run in &all {
+            won[run.indices(10)].fill(true);
+        }
+        let part = |place, nodes: &[u32]| runs(10, &part_at(place, &won, nodes, 10));
+        let single: Vec<u32> = (0..30).collect();
+        assert_eq!(part([4, 1], &single), all[..3]);
+        assert_eq!(part([8, 1], &single), all[3..]);
+        assert!(part([7, 1], &single).is_empty());
+        // Two columns are a voxel in each row: on the left of the block and below it they reach beyond.
+        let pairs: Vec<u32> = (0..30).map(|pixel| pixel / 2).collect();
+        let whole = [run(0, 2, 5), run(1, 2, 5)];
+        assert_eq!(part([5, 1], &pairs), whole);
+        assert_eq!(part([1, 0], &pairs), whole);
     }
 }

@@ -153,7 +153,8 @@ impl Model {
         let Some(workspace) = self.state.workspace() else {
             return;
         };
-        let Some(region) = workspace.outlined() else {
+        let outlined = workspace.hover.shown.as_ref();
+        let Some(region) = outlined.and_then(|preview| preview.filled()) else {
             let sentence = "Nothing is outlined here: point at something that a click would win.";
             return self.state.messages.info(sentence);
         };

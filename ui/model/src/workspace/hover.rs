@@ -1,10 +1,10 @@
 //! Asking what a click at the pointer would win.
 
 use inplace_core::labels::{Stroke, VOID};
-use inplace_core::session::{Command, Preview};
+use inplace_core::session::Command;
 
 use super::Workspace;
-use crate::hover::{Question, taken};
+use crate::hover::Question;
 use crate::settings::Settings;
 use crate::tool::Tool;
 
@@ -15,20 +15,6 @@ impl Workspace {
         if let Some(stroke) = self.hover.ask(question) {
             self.outbox.push(Command::Preview(stroke));
         }
-    }
-
-    /// What is outlined at the pointer as a stroke that labels it, if anything is.
-    pub(crate) fn outlined(&self) -> Option<Stroke> {
-        let preview = self.hover.shown.as_ref()?;
-        let camera = &self.scene.frames.get(preview.stroke.frame)?.camera;
-        let known = self.surface.as_ref();
-        let nodes = known.map(|known| known.surface.nodes_of(preview.stroke.frame).unpack());
-        let won = taken(preview, [camera.width, camera.height], nodes.as_deref());
-        let part = Preview {
-            stroke: preview.stroke.clone(),
-            won,
-        };
-        (!part.won.is_empty()).then(|| part.filled())
     }
 
     /// The click that a press would be now, once the map of the frame in view follows the newest labels; `None` where it
