@@ -416,8 +416,8 @@ impl Canvas {
         let mut brush = settings.brush;
         let events = ui.input(|input| input.events.clone());
         for event in &events {
-            let wheel = matches!(event, Event::MouseWheel { .. });
-            if wheel && !around.cursor.is_some_and(reachable) {
+            let at_pointer = matches!(event, Event::MouseWheel { .. } | Event::Zoom(_));
+            if at_pointer && !around.cursor.is_some_and(reachable) {
                 continue;
             }
             if matches!(event, Event::PointerButton { pressed: true, pos, .. } if reachable(*pos)) {

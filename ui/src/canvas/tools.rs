@@ -68,6 +68,8 @@ pub struct Gesture {
     draft: Option<Draft>,
     /// When and where a corner was added last.
     corner_added: Option<(f64, Pos2)>,
+    /// The part of a step of the brush's size that a touchpad has gone.
+    brush_turned: f32,
 }
 
 impl Gesture {
@@ -159,10 +161,29 @@ impl Gesture {
                     MouseWheelUnit::Line | MouseWheelUnit::Page => delta.y,
                     MouseWheelUnit::Point => delta.y / 50.0,
                 };
-                wheel(steps, modifiers.command, view, around)
+                if steps == 0.0 {
+                    None
+                } else if modifiers.command {
+                    self.turn_brush(steps, unit)
+                } else {
+                    Some(zoomed(1.2_f32.powf(steps), view, around))
+                }
             }
+            // The system may tell of a pinch without a number.
+            Event::Zoom(factor) if factor.is_finite() => Some(zoomed(factor, view, around)),
             _ => None,
         }
+    }
+
+    /// Every notch of a wheel is a step, however far it goes; on a touchpad steps add up.
+    fn turn_brush(&mut self, steps: f32, unit: MouseWheelUnit) -> Option<Outcome> {
+        self.brush_turned = match unit {
+            MouseWheelUnit::Line | MouseWheelUnit::Page => steps.signum(),
+            MouseWheelUnit::Point => self.brush_turned + steps,
+        };
+        let whole = self.brush_turned.trunc();
+        self.brush_turned -= whole;
+        (whole != 0.0).then_some(Outcome::Brush(whole as i32))
     }
 
     fn press(
@@ -272,17 +293,9 @@ impl Gesture {
     }
 }
 
-fn wheel(steps: f32, brush: bool, view: View, around: &CanvasPlace) -> Option<Outcome> {
-    if steps == 0.0 {
-        return None;
-    }
-    if brush {
-        return Some(Outcome::Brush(steps.signum() as i32));
-    }
+fn zoomed(factor: f32, view: View, around: &CanvasPlace) -> Outcome {
     let cursor = around.cursor.unwrap_or_else(|| around.canvas.center());
-    let factor = 1.2_f32.powf(steps);
-    let view = zoomed_at(view, around.canvas, around.size, cursor, factor);
-    Some(Outcome::Moved(view))
+    Outcome::Moved(zoomed_at(view, around.canvas, around.size, cursor, factor))
 }
 
 fn extend(line: &mut DrawnLine, view: View, around: &CanvasPlace, pos: Pos2) {

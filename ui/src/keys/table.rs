@@ -85,7 +85,7 @@ table! {
     SMALLER_BRUSH "Smaller brush" [key("[")] "Smaller brush" => Command::StepBrush(-1);
     LARGER_BRUSH "Larger brush" [key("]")] "Larger brush" => Command::StepBrush(1);
     "Ctrl+wheel" => "Smaller and larger brush";
-    "Wheel" => "Zoom at the cursor";
+    "Wheel, pinch" => "Zoom at the cursor";
     "Space+drag, middle drag" => "Move the image";
     FIT "Fit" [key("F")] "Fit the image, or the scene in the 3D view, into the window" => Command::Fit;
     SPACE "Frame or 3D view" [key("V")] "Switch between the frame and the 3D view" => Command::ToggleSpace;

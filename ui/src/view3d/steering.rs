@@ -147,7 +147,8 @@ impl View3d {
         if let Some(pointer) = response.hover_pos() {
             let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
             let factor = (wheel / WHEEL_POINTS).exp() * pinch;
-            if factor != 1.0 {
+            // The system may tell of a pinch without a number.
+            if factor.is_finite() && factor != 1.0 {
                 zoom_at(camera, rect, pointer, factor);
             }
         }

@@ -50,18 +50,39 @@ fn a_press_outside_the_image_or_under_a_window_starts_nothing() {
 
 #[test]
 fn the_wheel_zooms_and_with_ctrl_changes_the_brush() {
-    let wheel = |modifiers| Event::MouseWheel {
-        unit: MouseWheelUnit::Line,
-        delta: vec2(0.0, 1.0),
+    let wheel = |unit, y, modifiers| Event::MouseWheel {
+        unit,
+        delta: vec2(0.0, y),
         phase: TouchPhase::Move,
         source: MouseWheelSource::Unknown,
         modifiers,
     };
     let mut gesture = Gesture::default();
-    let plain = follow(&mut gesture, &AROUND, &[wheel(Modifiers::NONE)]);
+    let plain = wheel(MouseWheelUnit::Line, 1.0, Modifiers::NONE);
+    let plain = follow(&mut gesture, &AROUND, &[plain]);
     assert!(matches!(plain[0], Outcome::Moved(View::Free { .. })));
-    let ctrl = follow(&mut gesture, &AROUND, &[wheel(Modifiers::COMMAND)]);
-    assert_eq!(ctrl, [Outcome::Brush(1)]);
+    for notch in [0.1, 1.0, 3.0] {
+        let ctrl = wheel(MouseWheelUnit::Line, notch, Modifiers::COMMAND);
+        assert_eq!(follow(&mut gesture, &AROUND, &[ctrl]), [Outcome::Brush(1)]);
+    }
+    // A step is 50 points of a touchpad.
+    let swipe = |y| wheel(MouseWheelUnit::Point, y, Modifiers::COMMAND);
+    let swipes = [30.0, 30.0, 30.0, 30.0, -80.0].map(swipe);
+    let steps = [1, 1, -1].map(Outcome::Brush);
+    assert_eq!(follow(&mut gesture, &AROUND, &swipes), steps);
+}
+
+#[test]
+fn a_pinch_zooms_at_the_pointer() {
+    let cursor = pos2(100.0, 80.0);
+    let around = CanvasPlace {
+        cursor: Some(cursor),
+        ..AROUND
+    };
+    let pinches = [f32::NAN, 2.0].map(Event::Zoom);
+    let zoomed = zoomed_at(View::Whole, AROUND.canvas, AROUND.size, cursor, 2.0);
+    let outcomes = follow(&mut Gesture::default(), &around, &pinches);
+    assert_eq!(outcomes, [Outcome::Moved(zoomed)]);
 }
 
 fn with(tool: Tool) -> CanvasPlace {
