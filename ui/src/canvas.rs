@@ -170,7 +170,7 @@ impl Canvas {
             return;
         };
         self.turn_to(workspace);
-        if ctx.text_edit_focused() || egui::Popup::is_any_open(ctx) {
+        if keys::are_taken(ctx) {
             return;
         }
         // Enter presses the control that has the keyboard, if one has.
@@ -266,7 +266,7 @@ impl Canvas {
             canvas: rect,
             size,
             tool: model.settings.tool,
-            pan_key: ui.input(|input| input.key_down(Key::Space)) && !ui.ctx().text_edit_focused(),
+            pan_key: ui.input(|input| input.key_down(Key::Space)) && !keys::are_taken(ui.ctx()),
             cursor: hover,
             line_end: workspace.line_end(),
             time: ui.input(|input| input.time),

@@ -108,19 +108,26 @@ impl Asked {
     }
 }
 
-/// Pushes the commands of the keys pressed in this frame; `asked` tells what they are about. A focused text
-/// field keeps all keys but those with Ctrl that mean nothing in a text; a focused control keeps the arrow keys and
-/// Enter, an open menu Escape.
+/// Whether a text field or an open menu has the keys.
+pub fn are_taken(ctx: &egui::Context) -> bool {
+    ctx.text_edit_focused() || egui::Popup::is_any_open(ctx)
+}
+
+/// Pushes the commands of the keys pressed in this frame; `asked` tells what they are about. An open menu keeps all
+/// keys, a focused text field all but those with Ctrl that mean nothing in a text, and a focused control the arrow keys
+/// and Enter.
 pub fn dispatch(ctx: &egui::Context, asked: Asked, commands: &mut Commands) {
+    if egui::Popup::is_any_open(ctx) {
+        return;
+    }
     let typing = ctx.text_edit_focused();
     let focused = ctx.egui_wants_keyboard_input();
-    let in_menu = egui::Popup::is_any_open(ctx);
     let map = map_of(ctx);
     ctx.input(|input| {
         for (modifiers, key) in input.events.iter().filter_map(pressed) {
             let of_controls = matches!(key, Key::ArrowLeft | Key::ArrowRight | Key::Enter);
             let of_texts = !modifiers.command || matches!(key, Key::Z | Key::Y);
-            if focused && of_controls || typing && of_texts || in_menu && key == Key::Escape {
+            if focused && of_controls || typing && of_texts {
                 continue;
             }
             let pressed = shortcut(modifiers, key);

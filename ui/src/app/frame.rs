@@ -44,8 +44,7 @@ impl eframe::App for App {
         // Keys come before the clicks of the same frame, which they may be about.
         self.update_all(std::mem::take(&mut commands));
         // What an open dialog, a menu or a text field does with Escape comes before the messages.
-        let escape =
-            self.model.dialog.is_none() && !ctx.text_edit_focused() && !egui::Popup::is_any_open(&ctx);
+        let escape = self.model.dialog.is_none() && !keys::are_taken(&ctx);
         self.panels.show(ui, &self.model, &mut self.canvas, &mut commands);
         let edited = self
             .dialogs
@@ -86,7 +85,7 @@ impl eframe::App for App {
     fn raw_input_hook(&mut self, ctx: &egui::Context, input: &mut egui::RawInput) {
         let over_canvas = self.model.dialog.is_none()
             && self.model.workspace().is_some()
-            && !ctx.text_edit_focused()
+            && !keys::are_taken(ctx)
             && ctx
                 .pointer_hover_pos()
                 .is_some_and(|position| self.canvas.rect.contains(position));

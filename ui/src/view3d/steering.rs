@@ -11,6 +11,7 @@ use super::View3d;
 use super::camera::{pan, zoom_at};
 use super::cloud::Prepared;
 use super::overlay;
+use crate::keys;
 
 /// Points of a drag that an arrow key stands for, and how much nearer + comes.
 const KEY_DRAG: f32 = 30.0;
@@ -134,8 +135,9 @@ impl View3d {
         workspace: &Workspace,
     ) {
         let before = *camera;
-        let typing = ui.ctx().text_edit_focused();
-        let pan_key = !typing && ui.input(|input| input.key_down(Key::Space));
+        let is_behind = !ui.memory(|memory| memory.allows_interaction(ui.layer_id()));
+        let has_keys = !is_behind && !keys::are_taken(ui.ctx());
+        let pan_key = has_keys && ui.input(|input| input.key_down(Key::Space));
         let drag = response.drag_delta();
         if response.dragged_by(PointerButton::Middle)
             || pan_key && response.dragged_by(PointerButton::Primary)
@@ -152,7 +154,7 @@ impl View3d {
                 zoom_at(camera, rect, pointer, factor);
             }
         }
-        if !typing {
+        if has_keys {
             let pressed = |key| ui.input(|input| !input.modifiers.command && input.key_pressed(key));
             if response.has_focus() {
                 for (key, x, y) in [

@@ -163,3 +163,24 @@ fn a_menu_that_is_higher_than_the_window_begins_below_the_bar() {
     let first = window.rect("Colour");
     assert!(first.top() >= bar.bottom(), "{first} {bar}");
 }
+
+#[test]
+fn an_open_menu_keeps_all_keys_and_escape_closes_it_alone() {
+    let mut window = Window::demo().labelled(&[(0, "wall", [0.0, 0.0])]);
+    let stroke = *window.labels().strokes.keys().next().unwrap();
+    window.act(Command::GoToStroke(stroke));
+    let tool = window.tool();
+    window.click("View");
+    for key in [Key::E, Key::D, Key::Delete] {
+        window.key(key);
+    }
+    window.press(Modifiers::COMMAND, Key::Z);
+    let state = (window.strokes(), window.tool(), window.frame_index());
+    assert_eq!(state, (1, tool, 0));
+    window.sees("Borders between classes");
+    window.key(Key::Escape);
+    window.misses("Borders between classes");
+    assert_eq!(window.selected(), Some(stroke));
+    window.key(Key::Delete);
+    assert_eq!(window.strokes(), 0);
+}

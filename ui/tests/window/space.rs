@@ -9,6 +9,7 @@ use inplace_core::scene::{DepthMap, Scene, SceneSource};
 use inplace_core::semantics::{LabelPropagation, Surface};
 use inplace_core::session::Event;
 use inplace_model::Command;
+use inplace_model::dialogs::Dialog;
 use inplace_model::layer::Layer;
 
 use crate::stand::*;
@@ -142,6 +143,13 @@ fn drags_and_arrows_turn_the_view_fitting_keeps_its_side_and_the_camera_flies_to
     let dragged = camera(&window).unwrap();
     assert!(dragged.direction.yaw > turned.direction.yaw);
     assert!((dragged.distance - turned.distance).abs() < 1e-4);
+    window.key(Key::F);
+    window.act(Command::Show(Some(Dialog::Help)));
+    window.key(Key::Plus);
+    window.act(Command::Show(None));
+    assert_eq!(camera(&window), None, "a dialog has the keys");
+    window.key(Key::Plus);
+    assert!(camera(&window).is_some());
     window.key(Key::F);
     assert_eq!(camera(&window), None);
     assert_eq!(window.strokes(), 0, "a drag is not a click");
