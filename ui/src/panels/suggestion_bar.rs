@@ -1,10 +1,9 @@
 //! The bar over the canvas while keys answer suggestions or judge places of an audit: which one is at hand, and what the
 //! keys do.
 
-use std::sync::Arc;
-
 use egui::{
-    Align2, Area, Color32, Galley, Id, Order, Painter, Pos2, Rect, Role, Sense, Ui, Vec2, WidgetInfo, vec2,
+    Align2, Area, FontId, Frame, Id, Margin, Order, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo,
+    vec2,
 };
 use inplace_core::guide::Likely;
 use inplace_model::suggestions::{A_MOMENT, Mode};
@@ -19,8 +18,6 @@ use crate::widgets::swatch;
 const LINE: f32 = 24.0;
 /// Room between one key's words and the next key.
 const GAP: f32 = 14.0;
-/// Room inside the bar.
-const MARGIN: Vec2 = vec2(14.0, 6.0);
 /// Longest name in the bar, in letters.
 const LONGEST: usize = 24;
 
@@ -38,6 +35,29 @@ impl Item {
             color: None,
             words: words.to_owned(),
         }
+    }
+
+    /// Draws it in the line, or in the next one where it finds no room.
+    fn show(&self, ui: &mut Ui) {
+        let (text, line) = (ui.visuals().text_color(), ui.visuals().widgets.hovered.bg_fill);
+        let [key, words] = [(&self.key, 12.0), (&self.words, 13.0)].map(|(words, size)| {
+            ui.painter()
+                .layout_no_wrap(words.clone(), FontId::proportional(size), text)
+        });
+        let cap = vec2((key.size().x + 10.0).max(20.0), 18.0);
+        let before = cap.x + 6.0 + self.color.map_or(0.0, |_| 16.0);
+        let size = vec2(before + words.size().x, LINE);
+        let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+        let painter = ui.painter();
+        let left = rect.left_center();
+        let cap = Rect::from_min_size(left - vec2(0.0, 0.5 * cap.y), cap);
+        painter.rect_stroke(cap, 4, Stroke::new(1.0, line), StrokeKind::Inside);
+        painter.galley(cap.center() - 0.5 * key.size(), key, text);
+        if let Some(color) = self.color {
+            swatch(painter, left + vec2(before - 10.0, 0.0), color, 12.0);
+        }
+        let top = left + vec2(before, -0.5 * words.size().y);
+        painter.galley(top, words, text);
     }
 }
 
@@ -84,14 +104,34 @@ pub fn show(ui: &Ui, workspace: &Workspace, canvas: Rect) {
         .pivot(Align2::CENTER_TOP)
         .fixed_pos(canvas.center_top() + vec2(0.0, 8.0))
         .show(ui.ctx(), |ui| {
-            let laid = Laid::new(ui, &first, &items, canvas.width() - 32.0);
-            let (rect, response) = ui.allocate_exact_size(laid.size, Sense::click());
+            ui.set_max_width((canvas.width() - 32.0).max(0.0));
+            let line = Stroke::new(1.0, theme::of(ui.visuals()).accent);
+            let frame = Frame::new().fill(ui.visuals().window_fill).stroke(line);
+            let frame = frame.corner_radius(8).inner_margin(Margin::symmetric(13, 5));
+            let bar = frame.show(ui, |ui| {
+                ui.spacing_mut().item_spacing = vec2(GAP, 0.0);
+                ui.spacing_mut().interact_size.y = LINE;
+                ui.horizontal_wrapped(|ui| {
+                    heading(ui, &first);
+                    items.iter().for_each(|item| item.show(ui));
+                });
+            });
+            let response = ui.interact(bar.response.rect, ui.scope_id().with("words"), Sense::click());
             response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &sentence));
             ui.ctx().accesskit_node_builder(response.id, |node| {
                 node.set_live(egui::accesskit::Live::Polite);
             });
-            laid.paint(ui, rect);
         });
+}
+
+fn heading(ui: &mut Ui, text: &str) {
+    let color = ui.visuals().strong_text_color();
+    let words = ui
+        .painter()
+        .layout_no_wrap(text.to_owned(), FontId::proportional(14.0), color);
+    let (rect, _) = ui.allocate_exact_size(vec2(words.size().x, LINE), Sense::hover());
+    let top = rect.left_center() - vec2(0.0, 0.5 * words.size().y);
+    ui.painter().galley(top, words, color);
 }
 
 /// A place of an audit: what the map said there, and the keys that judge it.
@@ -156,91 +196,4 @@ fn cut(name: &str) -> String {
         short.push('…');
     }
     short
-}
-
-/// An item with its texts laid out.
-struct Piece {
-    key: Option<Arc<Galley>>,
-    color: Option<[u8; 3]>,
-    words: Arc<Galley>,
-}
-
-impl Piece {
-    fn key_width(&self) -> f32 {
-        self.key
-            .as_ref()
-            .map_or(0.0, |key| (key.size().x + 10.0).max(20.0) + 6.0)
-    }
-
-    fn width(&self) -> f32 {
-        self.key_width() + self.color.map_or(0.0, |_| 16.0) + self.words.size().x
-    }
-
-    fn paint(&self, painter: &Painter, mut left: Pos2, colors: [Color32; 2]) {
-        let [line, text] = colors;
-        if let Some(key) = &self.key {
-            let cap = Rect::from_min_size(left - vec2(0.0, 9.0), vec2(self.key_width() - 6.0, 18.0));
-            let stroke = egui::Stroke::new(1.0, line);
-            painter.rect_stroke(cap, 4, stroke, egui::StrokeKind::Inside);
-            painter.galley(cap.center() - 0.5 * key.size(), Arc::clone(key), text);
-            left.x += self.key_width();
-        }
-        if let Some(color) = self.color {
-            swatch(painter, left + vec2(6.0, 0.0), color, 12.0);
-            left.x += 16.0;
-        }
-        let top = left - vec2(0.0, 0.5 * self.words.size().y);
-        painter.galley(top, Arc::clone(&self.words), text);
-    }
-}
-
-/// The bar's pieces with where each lies, from the bar's top left corner to the middle of its left side.
-struct Laid {
-    pieces: Vec<(Vec2, Piece)>,
-    size: Vec2,
-}
-
-impl Laid {
-    fn new(ui: &Ui, first: &str, items: &[Item], room: f32) -> Self {
-        let visuals = ui.visuals();
-        let (strong, text) = (visuals.strong_text_color(), visuals.text_color());
-        let layout = |text: &str, size: f32, color| {
-            let font = egui::FontId::proportional(size);
-            ui.painter().layout_no_wrap(text.to_owned(), font, color)
-        };
-        let heading = Piece {
-            key: None,
-            color: None,
-            words: layout(first, 14.0, strong),
-        };
-        let of_item = |item: &Item| Piece {
-            key: Some(layout(&item.key, 12.0, text)),
-            color: item.color,
-            words: layout(&item.words, 13.0, text),
-        };
-        let mut pieces = Vec::new();
-        let (mut at, mut widest) = (MARGIN + vec2(0.0, 0.5 * LINE), 0.0_f32);
-        for piece in std::iter::once(heading).chain(items.iter().map(of_item)) {
-            let width = piece.width();
-            if at.x > MARGIN.x && at.x + width + MARGIN.x > room {
-                at = vec2(MARGIN.x, at.y + LINE);
-            }
-            pieces.push((at, piece));
-            widest = widest.max(at.x + width);
-            at.x += width + GAP;
-        }
-        let size = vec2(widest + MARGIN.x, at.y + 0.5 * LINE + MARGIN.y);
-        Self { pieces, size }
-    }
-
-    fn paint(&self, ui: &Ui, rect: Rect) {
-        let visuals = ui.visuals();
-        let line = egui::Stroke::new(1.0, theme::of(visuals).accent);
-        let painter = ui.painter();
-        painter.rect(rect, 8, visuals.window_fill, line, egui::StrokeKind::Inside);
-        let colors = [visuals.widgets.hovered.bg_fill, visuals.text_color()];
-        for (offset, piece) in &self.pieces {
-            piece.paint(painter, rect.min + *offset, colors);
-        }
-    }
 }

@@ -1,12 +1,14 @@
 //! Suggestions: going from one to the next and answering them, by keys and by buttons.
 
 use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
 use inplace_core::guide::{Likely, Suggestion};
 use inplace_core::labels::{ClassId, Pixel};
 use inplace_core::scene::SceneSource;
 use inplace_model::Command;
 use inplace_model::class_view::Named;
 use inplace_model::dialogs::ClassUse;
+use inplace_model::preferences::PreferenceChange;
 use inplace_model::suggestions::Mode;
 use inplace_model::tool::Tool;
 use inplace_model::view::View;
@@ -338,4 +340,16 @@ fn an_answer_that_a_lock_refuses_says_so_and_its_place_waits() {
     window.says("would cover what is labelled \"floor\"");
     assert_eq!(window.strokes(), 1);
     assert_eq!(window.workspace().suggestions().at(), Some(0));
+}
+
+#[test]
+fn the_bar_goes_on_in_another_line_where_the_canvas_is_narrow() {
+    let mut window = Window::with_classes(&["a wall behind a sofa", "floor"]);
+    suggest_now(&mut window, vec![place(3, [20, 30], &[WALL, FLOOR])]);
+    window.key(Key::N);
+    window.act(Command::Prefer(PreferenceChange::Scale(200)));
+    window.harness.run_steps(4);
+    let bar = window.harness.get_by_label_contains("Suggestion 1 of 1").rect();
+    let canvas = window.rect(inplace_ui::canvas::CANVAS_NAME);
+    assert!(bar.height() > 48.0 && canvas.contains_rect(bar), "{bar}");
 }
