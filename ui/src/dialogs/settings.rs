@@ -239,15 +239,17 @@ fn line(ui: &mut Ui, text: &str, control: impl FnOnce(&mut Ui)) {
 fn appearance(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let preferences = &model.preferences;
     line(ui, "Theme", |ui| {
-        for (theme, name) in [
-            (Theme::Dark, "Dark"),
-            (Theme::Light, "Light"),
-            (Theme::System, "As the system"),
-        ] {
-            if ui.radio(preferences.theme == theme, name).clicked() {
-                commands.push(Command::Prefer(PreferenceChange::Theme(theme)));
+        ui.horizontal_wrapped(|ui| {
+            for (theme, name) in [
+                (Theme::Dark, "Dark"),
+                (Theme::Light, "Light"),
+                (Theme::System, "As the system"),
+            ] {
+                if ui.radio(preferences.theme == theme, name).clicked() {
+                    commands.push(Command::Prefer(PreferenceChange::Theme(theme)));
+                }
             }
-        }
+        });
     });
     line(ui, "Scale", |ui| {
         let chosen = format!("{}%", preferences.scale);

@@ -35,7 +35,7 @@ impl AuditPart {
             }
             Some(audit) => result(ui, workspace, audit, commands),
         }
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             let percent = DragValue::new(&mut self.percent)
                 .range(1..=100)
                 .suffix("% of the frames");
@@ -62,7 +62,7 @@ fn result(ui: &mut Ui, workspace: &Workspace, audit: &Audit, commands: &mut Comm
     if let Some(accuracy) = audit.accuracy() {
         ui.add(Label::new(RichText::new(in_words(&accuracy)).strong()).wrap());
     }
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label(format!("{judged} of {} places judged", audit.places.len()));
         if let Some(next) = workspace.next_audited()
             && workspace.auditing.at.is_none()

@@ -23,7 +23,7 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
     let words = in_words(comparison, workspace.frame_index);
     ui.add(Label::new(RichText::new(words).strong()).wrap())
         .on_hover_text(MEANS);
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         if ui.button("Different frames first").clicked() {
             commands.push(Command::OrderFrames(FrameOrder::Difference));
         }

@@ -42,7 +42,8 @@ pub fn show(ui: &mut Ui, model: &Model, pictures: &Pictures, commands: &mut Comm
                     ui.reset_style();
                     export_button(ui, model, commands);
                     let save = &table::SAVE;
-                    if wide && ui.button(save.name).on_hover_text(save.key(ui.ctx())).clicked() {
+                    let hint = save.named(ui.ctx());
+                    if wide && ui.button(save.name).on_hover_text(hint).clicked() {
                         commands.push(save.command.clone());
                     }
                 });
@@ -94,7 +95,7 @@ fn saved(ui: &mut Ui, project: &ProjectSession) {
 fn export_button(ui: &mut Ui, model: &Model, commands: &mut Commands) {
     let runs = matches!(model.export, Some(ExportProgress::Writing(..)));
     let export = &table::EXPORT;
-    let button = main_button_enabled(ui, !runs, export.name).on_hover_text(export.key(ui.ctx()));
+    let button = main_button_enabled(ui, !runs, export.name).on_hover_text(export.named(ui.ctx()));
     if button.on_disabled_hover_text(EXPORT_RUNS).clicked() {
         commands.push(export.command.clone());
     }

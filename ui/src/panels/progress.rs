@@ -3,6 +3,7 @@
 use egui::{Align, Label, Layout, RichText, ScrollArea, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoint, PlotPoints, VLine};
 use inplace_core::labels::{ClassId, StrokeId};
+use inplace_model::text::counted;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
@@ -109,7 +110,7 @@ impl ProgressPanel {
             };
             let x = match axis {
                 Axis::Time => format!("{:.1} min", position.x),
-                Axis::Strokes => format!("{:.0} strokes", position.x),
+                Axis::Strokes => counted(position.x.round() as usize, "stroke", "strokes"),
             };
             Some(format!("{x}: {}", in_unit(number, position.y)))
         };

@@ -14,7 +14,7 @@ use inplace_model::text::{PROGRAM, counted};
 use inplace_model::{Command, Commands, Model};
 
 use super::parts::{card, not_found};
-use crate::keys::table::{HELP, OPEN, SETTINGS};
+use crate::keys::table::{HELP, OPEN, SETTINGS, UiCommand};
 use crate::pictures::Pictures;
 use crate::theme;
 use crate::widgets::{Icon, focus_ring, icon_button, line_of_text, main_button_enabled, weak_text};
@@ -84,9 +84,18 @@ impl StartPage {
                 ui.add_space(16.0);
                 self.columns(ui, model, pictures, commands);
                 ui.add_space(16.0);
-                let [help, open, settings] = [&HELP, &OPEN, &SETTINGS].map(|command| command.key(ui.ctx()));
-                let keys = format!("{help} shows all keys    {open} opens    {settings} settings");
-                weak_text(ui, &keys);
+                // A key may have been taken away.
+                let named = |(command, does): (&UiCommand, &str)| {
+                    let key = command.key(ui.ctx());
+                    (!key.is_empty()).then(|| format!("{key} {does}"))
+                };
+                let keys = [
+                    (&HELP, "shows all keys"),
+                    (&OPEN, "opens"),
+                    (&SETTINGS, "settings"),
+                ];
+                let keys: Vec<String> = keys.into_iter().filter_map(named).collect();
+                weak_text(ui, &keys.join("    "));
                 ui.add_space(8.0);
             });
             let height = page.response.rect.height();

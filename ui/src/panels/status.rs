@@ -3,6 +3,7 @@
 use egui::Ui;
 use inplace_core::session::Status;
 use inplace_model::preferences::Pane;
+use inplace_model::text::counted;
 use inplace_model::workspace::{Reading, Workspace};
 use inplace_model::{Command, Commands};
 
@@ -118,7 +119,11 @@ fn rows(status: &Status, most: f32) -> [Fact; 7] {
             "Mishaps",
             Some(match (status.skipped_steps, status.undone) {
                 (0, 0) => "none".to_owned(),
-                (skipped, undone) => format!("{} steps left out, {undone} returns", grouped(skipped)),
+                (skipped, undone) => format!(
+                    "{} left out, {}",
+                    counted(skipped as usize, "step", "steps"),
+                    counted(undone as usize, "return", "returns")
+                ),
             }),
             "Steps that were left out because a number in them was not finite, and returns to an earlier state of the model, at half the learning rate",
         ),

@@ -7,6 +7,7 @@ use egui::{EventFilter, Id, Key, Modifiers, Rect, Role, ScrollArea, Sense, Ui, W
 use inplace_core::labels::{ClassId, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_model::palette::VOID_NAME;
 use inplace_model::preferences::Pane;
+use inplace_model::text::counted;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
@@ -387,6 +388,6 @@ fn class_choices(ui: &mut Ui, workspace: &Workspace, mut choice: impl FnMut(&mut
 
 /// A stroke in words, for screen readers and tooltips.
 fn in_words(class: &str, kind: StrokeKind, pixels: u64, frame: &str) -> String {
-    let plural = if pixels == 1 { "" } else { "s" };
-    format!("{class}, {}, {pixels} pixel{plural}, frame {frame}", kind.name())
+    let pixels = counted(pixels as usize, "pixel", "pixels");
+    format!("{class}, {}, {pixels}, frame {frame}", kind.name())
 }

@@ -51,7 +51,7 @@ pub fn show(ui: &mut Ui, area: Rect, space: &mut Space, layer: &mut Layer, words
     ui.scope_builder(place, |ui| {
         plate(ui).show(ui, |ui| {
             ui.vertical(|ui| {
-                ui.horizontal(|ui| {
+                ui.horizontal_wrapped(|ui| {
                     let button = ui.button("Fly to this frame");
                     fly = button.on_hover_text("Looks from where the frame in view was taken").clicked();
                     ui.checkbox(&mut space.see_through, "See into rooms").on_hover_text(

@@ -87,6 +87,8 @@ fn differences_are_a_layer_with_numbers_and_frames_that_differ_come_first() {
     }
     window.key(Key::T);
     window.sees("87.5% of the scene, 50.0% of this frame has the same class in anna");
+    let last = window.rect("End comparison");
+    assert!(last.right() <= 1280.0, "it is cut off: {last}");
     window.act(Command::GoToFrame(1));
     window.sees("87.5% of the scene, 100.0% of this frame has the same class in anna");
     window.click("Different frames first");

@@ -11,6 +11,7 @@ use inplace_core::session::Event;
 use inplace_model::Command;
 use inplace_model::dialogs::Dialog;
 use inplace_model::layer::Layer;
+use inplace_model::preferences::PreferenceChange;
 
 use crate::stand::*;
 
@@ -68,6 +69,15 @@ fn v_and_the_buttons_switch_and_say_what_is_missing() {
     window.sees(inplace_ui::canvas::CANVAS_NAME);
     window.click("3D");
     assert!(window.workspace().space.shown);
+}
+
+#[test]
+fn all_controls_of_a_narrow_view_are_inside_of_it() {
+    let mut window = shown();
+    window.act(Command::Prefer(PreferenceChange::Scale(200)));
+    window.harness.run_steps(4);
+    let (view, last) = (window.rect("3D view"), window.rect("Field"));
+    assert!(view.contains_rect(last), "{last} {view}");
 }
 
 #[test]

@@ -65,11 +65,9 @@ pub(super) fn explained(workspace: &Workspace, class: &Class, (object, found): L
         None => "no stroke names it yet".to_owned(),
     };
     let seen = found.map_or_else(String::new, |found| {
-        format!(
-            "{}, {} pixels; ",
-            counted(found.frames, "frame", "frames"),
-            found.pixels
-        )
+        let frames = counted(found.frames, "frame", "frames");
+        let pixels = counted(found.pixels as usize, "pixel", "pixels");
+        format!("{frames}, {pixels}; ")
     });
     format!("{}: {seen}{said}", object_words(&class.name, object))
 }
