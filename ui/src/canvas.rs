@@ -430,8 +430,9 @@ impl Canvas {
                 Some(Outcome::Moved(moved)) => view = moved,
                 Some(Outcome::Picked(position)) => {
                     let zoom = around.placement(view).zoom;
-                    let (document, frame) = (&workspace.document, workspace.frame_index);
-                    let picked = pick::stroke_at(document, frame, position, zoom);
+                    let strokes = workspace.document.strokes_on(workspace.frame_index);
+                    let seen = strokes.filter(|(id, stroke)| !workspace.is_stroke_hidden(*id, stroke));
+                    let picked = pick::stroke_at(seen, position, zoom);
                     commands.push(Command::SelectStroke(picked));
                 }
                 Some(Outcome::Brush(steps)) => {

@@ -1,16 +1,21 @@
 //! Which stroke lies under the pointer.
 
+use std::sync::Arc;
+
 use egui::{Pos2, Vec2};
 use inplace_core::labels::{Pixel, Stroke, StrokeId};
-use inplace_model::document::Document;
 
 /// How near, in points, a click has to be to a stroke that is thinner than that.
 const REACH: f32 = 5.0;
 
-/// The topmost stroke of a frame at an image position, at a zoom of so many points per image pixel.
-pub fn stroke_at(document: &Document, frame: usize, position: Pos2, zoom: f32) -> Option<StrokeId> {
-    let mut topmost_first = document.strokes_on(frame).rev();
-    let found = topmost_first.find(|(_, stroke)| {
+/// The topmost of the strokes of a frame, which are by age, at an image position, at a zoom of so many points per image
+/// pixel.
+pub fn stroke_at<'a>(
+    strokes: impl DoubleEndedIterator<Item = (StrokeId, &'a Arc<Stroke>)>,
+    position: Pos2,
+    zoom: f32,
+) -> Option<StrokeId> {
+    let found = strokes.rev().find(|(_, stroke)| {
         let reach = (stroke.radius as f32 + 0.5).max(REACH / zoom);
         is_within(stroke, position, reach)
     });
@@ -38,6 +43,7 @@ mod tests {
     use super::*;
     use egui::pos2;
     use inplace_core::labels::History;
+    use inplace_model::document::Document;
 
     #[test]
     fn the_topmost_stroke_is_picked_inside_polygons_too() {
@@ -60,7 +66,8 @@ mod tests {
             (pos2(33.5, 21.5), 1.0, Some(click)),
             (pos2(33.5, 21.5), 10.0, Some(line)),
         ] {
-            assert_eq!(stroke_at(&document, 0, position, zoom), picked, "{position:?}");
+            let found = stroke_at(document.strokes_on(0), position, zoom);
+            assert_eq!(found, picked, "{position:?}");
         }
     }
 }

@@ -6,6 +6,7 @@ use inplace_core::labels::{History, Stroke, StrokeId, StrokeKind, VOID};
 use inplace_core::project::{Contents, Project, SceneRecord};
 use inplace_core::scene::{OpenOptions, SceneSource};
 use inplace_model::Command;
+use inplace_model::class_view::Named;
 use inplace_model::layer::Layer;
 use inplace_model::tool::Tool;
 use inplace_ui::Target;
@@ -173,6 +174,9 @@ fn a_stroke_is_picked_on_the_frame_changed_by_a_digit_and_deleted() {
     window.press(Modifiers::COMMAND, Key::Z);
     window.press(Modifiers::COMMAND, Key::Z);
     assert_eq!(newest(&window).class, 2);
+    window.act(Command::SetHidden(Named::Class(2), true));
+    click_at(&mut window, &[[0.0, -20.0]]);
+    assert_eq!(window.selected(), None, "it is not seen");
 }
 
 #[test]
