@@ -11,6 +11,9 @@ use crate::widgets::{heading, weak_text};
 /// Share of the frames that places are drawn from unless another one is chosen, in per cent.
 const USUAL: u8 = 5;
 
+/// What a place in the list is.
+const WRONG_MEANS: &str = "You have judged the label there to be wrong";
+
 /// The part of the progress panel, with the share that is chosen.
 #[derive(Debug)]
 pub struct AuditPart {
@@ -86,7 +89,7 @@ fn result(ui: &mut Ui, workspace: &Workspace, audit: &Audit, commands: &mut Comm
         let (index, place) = wrong[number];
         Some(row(workspace, audit, index, place))
     };
-    let pressed = pressed_in_list(ui, "wrong places", wrong.len(), "", text);
+    let pressed = pressed_in_list(ui, "wrong places", wrong.len(), WRONG_MEANS, text);
     commands.extend(pressed.map(|number| Command::GoToAudited(wrong[number].0)));
 }
 

@@ -114,8 +114,8 @@ impl Menu<'_> {
 /// Height of a list of texts to press, at most.
 const LIST: f32 = 132.0;
 
-/// A list of texts to press, each as wide as the list, with this tooltip unless it is empty; `text` gives that of a place,
-/// where it has one. Returns the place that was pressed.
+/// A list of texts to press, each as wide as the list, with all of it and this hint as its tooltip; `text` gives that of a
+/// place, where it has one. Returns the place that was pressed.
 pub fn pressed_in_list(
     ui: &mut Ui,
     id: &str,
@@ -134,11 +134,9 @@ pub fn pressed_in_list(
                 let size = egui::vec2(ui.available_width(), height);
                 let layout = Layout::top_down_justified(Align::LEFT);
                 ui.allocate_ui_with_layout(size, layout, |ui| {
-                    let mut button = ui.add(Button::new(text).truncate());
-                    if !hint.is_empty() {
-                        button = button.on_hover_text(hint);
-                    }
-                    if button.clicked() {
+                    let whole = format!("{text}. {hint}");
+                    let button = ui.add(Button::new(text).truncate());
+                    if button.on_hover_text(whole).clicked() {
                         pressed = Some(place);
                     }
                 });

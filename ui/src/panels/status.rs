@@ -28,13 +28,14 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
     } else {
         phase.weak()
     };
+    let phase = egui::Label::new(phase).truncate();
     let most = workspace.document.palette().most_entropy();
     if !full {
         ui.horizontal(|ui| {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 controls(ui, workspace, full, commands);
                 ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
-                    ui.label(phase);
+                    ui.add(phase);
                     let summary = summary(&workspace.status, most);
                     if !summary.is_empty() {
                         ui.add(egui::Label::new(egui::RichText::new(summary).weak()).truncate());
@@ -46,7 +47,7 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
     }
     heading(ui, "Training", |ui| {
         controls(ui, workspace, full, commands);
-        ui.label(phase);
+        ui.add(phase);
     });
     facts(ui, "status", 112.0, rows(&workspace.status, most));
 }
