@@ -100,6 +100,8 @@ pub struct Canvas {
     suggested: Option<(usize, Pixel)>,
     /// Where the pointer has rested since the person went there: it points at nothing.
     resting: Option<Pos2>,
+    /// Whether a menu was open when the frame of the window began: a click beside a menu only closes it.
+    pub(crate) in_menu: bool,
 }
 
 /// How long the size of the brush is shown after a change, in seconds.
@@ -124,6 +126,7 @@ impl Canvas {
             hovered: None,
             suggested: None,
             resting: None,
+            in_menu: false,
         }
     }
 
@@ -170,6 +173,7 @@ impl Canvas {
             return;
         };
         self.turn_to(workspace);
+        self.in_menu = egui::Popup::is_any_open(ctx);
         if keys::are_taken(ctx) {
             return;
         }
@@ -345,7 +349,7 @@ impl Canvas {
         if let Some(position) = hover.filter(on_image) {
             self.pointed_at = placement.pixel_at(position);
             let line = ui.input(|input| input.modifiers.shift) && around.line_end.is_some();
-            let is_busy = self.gesture.is_active() || around.pan_key || line || rests;
+            let is_busy = self.gesture.is_active() || around.pan_key || line || rests || self.in_menu;
             self.hovered = self.pointed_at.filter(|_| !is_busy && !model.overlay_hidden);
             self.show_cursor(&painter, model, workspace, placement, position, &around);
         }
@@ -406,9 +410,10 @@ impl Canvas {
     ) -> View {
         let mut view = workspace.view;
         let layer = ui.layer_id();
-        let covered = &self.covered;
+        let (covered, in_menu) = (&self.covered, self.in_menu);
         let reachable = |position| {
-            around.canvas.contains(position)
+            !in_menu
+                && around.canvas.contains(position)
                 && !covered.iter().any(|rect| rect.contains(position))
                 && ui.ctx().layer_id_at(position) == Some(layer)
         };

@@ -170,7 +170,9 @@ impl View3d {
         let pointer = response.hover_pos();
         let pointed =
             pointer.and_then(|pointer| overlay::mark_at(workspace, &prepared.surface, &sight, pointer));
-        self.follow_clicks(ui, &response, (workspace, &prepared), (camera, sight), pointed);
+        if !canvas.in_menu {
+            self.follow_clicks(ui, &response, (workspace, &prepared), (camera, sight), pointed);
+        }
 
         let mut layer = model.settings.layer;
         let moving = self.is_moving(ui, sight, now);

@@ -165,7 +165,7 @@ fn a_menu_that_is_higher_than_the_window_begins_below_the_bar() {
 }
 
 #[test]
-fn an_open_menu_keeps_all_keys_and_escape_closes_it_alone() {
+fn an_open_menu_keeps_all_keys_and_escape_or_a_click_beside_it_closes_it_alone() {
     let mut window = Window::demo().labelled(&[(0, "wall", [0.0, 0.0])]);
     let stroke = *window.labels().strokes.keys().next().unwrap();
     window.act(Command::GoToStroke(stroke));
@@ -183,4 +183,11 @@ fn an_open_menu_keeps_all_keys_and_escape_closes_it_alone() {
     assert_eq!(window.selected(), Some(stroke));
     window.key(Key::Delete);
     assert_eq!(window.strokes(), 0);
+    // So does a click beside it.
+    window.click("View");
+    for strokes in [0, 1] {
+        window.click_canvas(60.0, 60.0);
+        assert_eq!(window.strokes(), strokes);
+        window.misses("Borders between classes");
+    }
 }
