@@ -287,7 +287,10 @@ impl Scene {
 
     fn warn_of_lost_cameras(&mut self) {
         let cameras = Bounds::of_cameras(self.frames.iter().map(Frame::center));
-        let lost = self.frames.iter().filter(|frame| !cameras.contains(frame.center()));
+        let lost = self
+            .frames
+            .iter()
+            .filter(|frame| !cameras.contains(frame.center()));
         let lost: Vec<String> = lost.map(|frame| frame.stem.clone()).collect();
         let poses = formats::pose_file(self.format);
         let what = format!("cameras are far away from all others; check their poses in {poses}");
@@ -351,7 +354,10 @@ impl Scene {
     /// the cameras with a room's margin. The few cameras that are lost far away do not count, nor does what they see.
     pub fn bounds(&self) -> Bounds {
         let cameras = Bounds::of_cameras(self.frames.iter().map(Frame::center));
-        let frames = self.frames.iter().filter(|frame| cameras.contains(frame.center()));
+        let frames = self
+            .frames
+            .iter()
+            .filter(|frame| cameras.contains(frame.center()));
         let Bounds { mut min, mut max } = cameras;
         let (points, trimmed) = if self.has_depth() {
             (sampled_points(frames), TRIMMED)
@@ -434,7 +440,11 @@ mod tests {
         assert!(lost(10).bounds().max.x > 500.0, "one of ten can be another place");
         let mut scene = lost(30);
         scene.warn_of_lost_cameras();
-        assert!(scene.warnings[0].ends_with("(1 in all): rgb_29"), "{:?}", scene.warnings);
+        assert!(
+            scene.warnings[0].ends_with("(1 in all): rgb_29"),
+            "{:?}",
+            scene.warnings
+        );
         let mut scene = lost(10);
         scene.warn_of_lost_cameras();
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);

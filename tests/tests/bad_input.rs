@@ -82,7 +82,11 @@ fn labels_on_frames_that_the_capture_lacks_are_refused_before_its_images_are_rea
 
     let mut other = contents([64, 48]);
     other.scene.source = SceneSource::Folder(disk.path("room"));
-    other.scene.frames.iter_mut().for_each(|frame| frame.stem.push('a'));
+    other
+        .scene
+        .frames
+        .iter_mut()
+        .for_each(|frame| frame.stem.push('a'));
     let path = disk.path("work.inplace");
     drop(Project::create(&path, &other).unwrap());
     for name in ["label", "export"] {

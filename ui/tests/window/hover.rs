@@ -135,7 +135,11 @@ fn what_is_outlined_becomes_a_label_by_one_key_and_is_taken_back_in_one_step() {
     let labels = window.labels();
     let region = labels.strokes.last_key_value().unwrap().1;
     assert_eq!((region.kind(), region.class), (StrokeKind::Polygon, 2));
-    assert_eq!(region.pixel_count(WIDTH, HEIGHT), 10, "only the part at the pointer");
+    assert_eq!(
+        region.pixel_count(WIDTH, HEIGHT),
+        10,
+        "only the part at the pointer"
+    );
     assert_eq!(outlined(&window), None, "the labels have changed");
     window.press(egui::Modifiers::COMMAND, Key::Z);
     assert_eq!(window.strokes(), 0);

@@ -72,7 +72,9 @@ impl Likeliest {
 
     /// The same of other classes; those that become one add up, and those that become void are left out.
     fn relabelled(&self, class: impl Fn(ClassId) -> ClassId) -> Self {
-        let classes = self.classes.map(|own| if own == VOID { VOID } else { class(own) });
+        let classes = self
+            .classes
+            .map(|own| if own == VOID { VOID } else { class(own) });
         // Most cells of most edits.
         if classes == self.classes {
             return *self;

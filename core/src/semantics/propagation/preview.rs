@@ -156,8 +156,8 @@ fn runs(width: u32, is_in: &[bool]) -> Vec<Run> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::testing::clicked;
     use crate::labels::ClassId;
+    use crate::labels::testing::clicked;
     use crate::scene::testing::{wall, without_depth};
     use crate::semantics::testing::propagated;
 

@@ -153,9 +153,11 @@ impl Model {
     pub(crate) fn save_classes_to(&mut self, path: PathBuf) {
         self.state.dialog = None;
         let classes = self.present_classes();
-        self.start("classes", Done::Failed, move |_, _| match write_json(&path, &classes) {
-            Ok(()) => Done::ClassesSaved(classes.len(), path),
-            Err(error) => Done::Failed(error.to_string()),
+        self.start("classes", Done::Failed, move |_, _| {
+            match write_json(&path, &classes) {
+                Ok(()) => Done::ClassesSaved(classes.len(), path),
+                Err(error) => Done::Failed(error.to_string()),
+            }
         });
     }
 
