@@ -163,7 +163,6 @@ impl Panels {
             .show(ui, |ui| {
                 // Where there is little room, the tools scroll.
                 egui::ScrollArea::horizontal().show(ui, |ui| {
-                    ui.set_min_width(tools::LEAST_WIDTH);
                     tools::show(ui, model, workspace, commands);
                 });
             });

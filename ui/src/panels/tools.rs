@@ -12,49 +12,59 @@ use crate::keys::table::{
 };
 use crate::widgets::{Icon, icon_button, icon_button_with};
 
-/// Below this width words give way to tooltips, and below the other the layers' names to a list.
+/// Below this width words give way to tooltips, and below the other there are two lines.
 const WORDY: f32 = 760.0;
 const ROOMY: f32 = 640.0;
 /// Below this width sliders are short.
 const SPACIOUS: f32 = 784.0;
 
-/// Narrowest that the tool bar can be.
-pub const LEAST_WIDTH: f32 = 440.0;
-
 pub fn show(ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
-    let settings = &model.settings;
     let width = ui.available_width();
-    let (wordy, roomy) = (width >= WORDY, width >= ROOMY);
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 4.0;
-        if width < SPACIOUS {
-            ui.spacing_mut().slider_width = 56.0;
-        }
-        crate::view3d::switch(ui, workspace, commands);
-        ui.separator();
-        for tool in Tool::ALL {
-            let chosen = settings.tool == tool;
-            let (icon, command) = match tool {
-                Tool::Brush => (Icon::Brush, &BRUSH),
-                Tool::Polyline => (Icon::Polyline, &POLYLINE),
-                Tool::Polygon => (Icon::Polygon, &POLYGON),
-                Tool::Erase => (Icon::Eraser, &ERASE),
-                Tool::Select => (Icon::Select, &SELECT),
-            };
-            if icon_button_with(ui, icon, &command.named(ui.ctx()), chosen).clicked() {
-                commands.push(Command::ChooseTool(tool));
-            }
-        }
-        brush(ui, settings.brush, wordy, commands);
-        ui.separator();
-        layers(ui, (settings, model.is_compared()), (wordy, roomy), commands);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.spacing_mut().item_spacing.x = 4.0;
-            if icon_button(ui, Icon::Fit, &FIT.named(ui.ctx())).clicked() {
-                commands.push(Command::Fit);
-            }
-            history(ui, workspace, commands);
+    let wordy = width >= WORDY;
+    if width < SPACIOUS {
+        ui.spacing_mut().slider_width = 56.0;
+    }
+    ui.spacing_mut().item_spacing.x = 4.0;
+    if width >= ROOMY {
+        ui.horizontal(|ui| {
+            tools(ui, &model.settings, workspace, wordy, commands);
+            ui.separator();
+            answer(ui, model, workspace, wordy, commands);
         });
+    } else {
+        ui.horizontal(|ui| tools(ui, &model.settings, workspace, wordy, commands));
+        ui.horizontal(|ui| answer(ui, model, workspace, wordy, commands));
+    }
+}
+
+/// What labels are drawn with, and where.
+fn tools(ui: &mut Ui, settings: &Settings, workspace: &Workspace, wordy: bool, commands: &mut Commands) {
+    crate::view3d::switch(ui, workspace, commands);
+    ui.separator();
+    for tool in Tool::ALL {
+        let chosen = settings.tool == tool;
+        let (icon, command) = match tool {
+            Tool::Brush => (Icon::Brush, &BRUSH),
+            Tool::Polyline => (Icon::Polyline, &POLYLINE),
+            Tool::Polygon => (Icon::Polygon, &POLYGON),
+            Tool::Erase => (Icon::Eraser, &ERASE),
+            Tool::Select => (Icon::Select, &SELECT),
+        };
+        if icon_button_with(ui, icon, &command.named(ui.ctx()), chosen).clicked() {
+            commands.push(Command::ChooseTool(tool));
+        }
+    }
+    brush(ui, settings.brush, wordy, commands);
+}
+
+/// What is shown over the image, and on the right what takes labels back and fits the image.
+fn answer(ui: &mut Ui, model: &Model, workspace: &Workspace, wordy: bool, commands: &mut Commands) {
+    layers(ui, (&model.settings, model.is_compared()), wordy, commands);
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        if icon_button(ui, Icon::Fit, &FIT.named(ui.ctx())).clicked() {
+            commands.push(Command::Fit);
+        }
+        history(ui, workspace, commands);
     });
 }
 
@@ -80,14 +90,8 @@ fn brush(ui: &mut Ui, mut radius: u32, wordy: bool, commands: &mut Commands) {
     ui.add_sized([40.0, 20.0], egui::Label::new(format!("{radius} px")));
 }
 
-fn layers(
-    ui: &mut Ui,
-    (settings, compared): (&Settings, bool),
-    (wordy, roomy): (bool, bool),
-    commands: &mut Commands,
-) {
-    let width = if roomy { 152.0 } else { 88.0 };
-    if let Some(layer) = layer_menu(ui, "Layer", (settings.layer, compared), width) {
+fn layers(ui: &mut Ui, (settings, compared): (&Settings, bool), wordy: bool, commands: &mut Commands) {
+    if let Some(layer) = layer_menu(ui, "Layer", (settings.layer, compared), 152.0) {
         commands.push(Command::ChooseLayer(layer));
     }
     if icon_button_with(ui, Icon::Compare, &COMPARE.named(ui.ctx()), settings.compare).clicked() {
