@@ -187,8 +187,9 @@ fn swaps_sides(orientation: Orientation) -> bool {
 /// [`ImageError::Mask`]: a mask that cannot be read or has another size, and an image without a pixel that counts.
 fn hidden_pixels(image: &DynamicImage, mask: Option<&Path>) -> Result<Option<Vec<bool>>, ImageError> {
     let mut hidden = vec![false; image.width() as usize * image.height() as usize];
+    // In 16 bits, so that the smallest value above 0 stays one.
     if image.color().has_alpha() {
-        for (hidden, pixel) in hidden.iter_mut().zip(image.to_rgba8().pixels()) {
+        for (hidden, pixel) in hidden.iter_mut().zip(image.to_rgba16().pixels()) {
             *hidden = pixel.0[3] == 0;
         }
     }
@@ -202,7 +203,6 @@ fn hidden_pixels(image: &DynamicImage, mask: Option<&Path>) -> Result<Option<Vec
                 own.0, own.1, size.0, size.1
             )));
         }
-        // In 16 bits, so that the smallest value above 0 stays one.
         for (hidden, pixel) in hidden.iter_mut().zip(mask.into_rgb16().pixels()) {
             *hidden |= pixel.0 == [0; 3];
         }

@@ -57,6 +57,9 @@ fn alpha_of_zero_hides_a_pixel_and_any_other_does_not() {
     let (color, _) = read(&[50, 0, 60, 1, 70, 255, 80, 0], ColorType::La8).unwrap();
     assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [0, 3]);
     assert_eq!(color.pixel(1), [60; 3]);
+    let faint: [u16; 8] = [60000, 1, 60000, 0, 60000, 127, 60000, 65535];
+    let (color, _) = read(bytemuck::cast_slice(&faint), ColorType::La16).unwrap();
+    assert_eq!(color.hidden_pixels().collect::<Vec<_>>(), [1]);
     let (opaque, _) = read(&[9, 9, 9, 255].repeat(4), ColorType::Rgba8).unwrap();
     assert_eq!(opaque.hidden_pixels().count(), 0);
     let reason = read(&[9, 9, 9, 0].repeat(4), ColorType::Rgba8).unwrap_err();
