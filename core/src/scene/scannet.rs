@@ -79,7 +79,9 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
             ..DepthImages::MILLIMETRES
         },
         default_camera: &|width, height| match &color {
-            Some(color) => color.camera(width, height),
+            Some(color) => color.camera(width, height).map_err(|reason| {
+                format!("no such file, and {reason}, or write six numbers here: fx fy cx cy width height")
+            }),
             None => Err(NO_CAMERA.to_owned()),
         },
         default_camera_note: None,
@@ -182,9 +184,8 @@ impl Calibration {
         };
         as_given(width, height).or_else(resized).ok_or_else(|| {
             format!(
-                "no such file, and the principal point ({}, {}) in {} is far from the middle of images of \
-                 {width}x{height}, so that they were cropped or resized; use the images of the scan, or write six \
-                 numbers here: fx fy cx cy width height",
+                "the principal point ({}, {}) in {} is far from the middle of images of {width}x{height}, so that they \
+                 were cropped or resized; use the images of the scan",
                 given.cx - 0.5,
                 given.cy - 0.5,
                 self.path.display()

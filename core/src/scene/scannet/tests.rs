@@ -118,6 +118,7 @@ remove color/2.jpg                       | 5 | (1 in all) & 2.txt
 remove pose/{0,2,10,20}.txt              | refused | 4 images in color/ & 0.jpg
 remove color/{0,2,10,20,100,1005}.jpg    | refused | color & holds no JPEG
 intrinsic/intrinsic_color.txt = 1170 0 646.3 0 1170 489.9 0 0 1 | refused | intrinsics.txt & 24x16 & cropped or resized
+intrinsic/intrinsic_depth.txt = 1170 0 646.3 0 1170 489.9 0 0 1 | refused | 6 of 6 depth images & 0.png (the principal point & intrinsic_depth.txt & 16x12
 intrinsic/intrinsic_color.txt = 20 0 11.5\n | refused | intrinsic_color.txt & has 3 numbers
 intrinsic/intrinsic_color.txt = 0 0 11.5 0 20 7.5 0 0 1 | refused | intrinsic_color.txt & focal length
 intrinsic/intrinsic_color.txt = f 0 11.5 | refused | intrinsic_color.txt & "f" is not a number
