@@ -55,13 +55,13 @@ struct Files {
 }
 
 impl Files {
-    /// Reads them for the first time: a depth image that cannot be used is left out.
+    /// Reads them for the first time: a depth image that cannot be used is left out, and so is one that knows nothing.
     fn read(&self) -> FirstReading {
         let (color, turn) = self.image.decode()?;
         let (mut measured, mut depth_problem) = (None, None);
         if let Some((path, depth)) = &self.depth {
             match depth.decode(path, &self.image, &color) {
-                Ok(map) => measured = Some(map),
+                Ok(map) => measured = Some(map).filter(|map| map.coverage() > 0.0),
                 Err(error) => depth_problem = Some(format!("{} ({error})", file_name(path))),
             }
         }
@@ -219,5 +219,12 @@ pub(super) fn keep_usable<T>(
             )
         },
     )?;
+    let is_listed = listed.iter().any(|frame| frame.depth.is_some());
+    if is_listed && !frames.iter().any(|(frame, _)| frame.has_depth()) {
+        warnings.push(format!(
+            "the depth images in {} are all empty, so that the capture is used as one without depth",
+            said.depths.display()
+        ));
+    }
     Ok(frames)
 }

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 use crate::scene::Camera;
 use crate::scene::testing::{
-    change_files, check_changes, opened, opened_without_depth, write_color, write_depth,
+    change_files, check_changes, open, opened, opened_without_depth, write_color, write_depth,
 };
 
 const FRAMES: usize = 6;
@@ -87,4 +87,17 @@ fn depth_is_not_read_when_it_is_not_wanted_and_may_be_missing() {
     opened_without_depth(&folder);
     change_files(&folder, "remove frame-00000{0,1,2,3,4,5}.depth.png");
     assert!(!opened(&folder).has_depth());
+}
+
+#[test]
+fn a_capture_whose_depth_images_are_all_empty_is_one_without_depth() {
+    let (_parent, folder) = sequence();
+    change_files(&folder, "gray16 frame-00000{0,1,2,3,4}.depth.png 8x6");
+    let scene = opened(&folder);
+    assert!(scene.has_depth() && !scene.frames[0].has_depth());
+    change_files(&folder, "gray16 frame-000005.depth.png 8x6");
+    let scene = open(&folder).unwrap();
+    assert!(!scene.has_depth());
+    let warnings = &scene.warnings;
+    assert!(warnings.len() == 1 && warnings[0].contains("all empty"), "{warnings:?}");
 }
