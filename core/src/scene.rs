@@ -150,7 +150,7 @@ impl Bounds {
         self.max - self.min
     }
 
-    fn contains(&self, place: Vec3) -> bool {
+    pub(crate) fn contains(&self, place: Vec3) -> bool {
         place.cmpge(self.min).all() && place.cmple(self.max).all()
     }
 }
@@ -286,11 +286,9 @@ impl Scene {
     }
 
     fn warn_of_lost_cameras(&mut self) {
-        let cameras = Bounds::of_cameras(self.frames.iter().map(Frame::center));
-        let lost = self
-            .frames
-            .iter()
-            .filter(|frame| !cameras.contains(frame.center()));
+        let cameras = self.cameras();
+        let lost = self.frames.iter();
+        let lost = lost.filter(|frame| !cameras.contains(frame.center()));
         let lost: Vec<String> = lost.map(|frame| frame.stem.clone()).collect();
         let poses = formats::pose_file(self.format);
         let what = format!("cameras are far away from all others; check their poses in {poses}");
@@ -339,6 +337,11 @@ impl Scene {
         kept.map(|(number, _)| number).collect()
     }
 
+    /// Box around the centres of the cameras, in metres, without the few that are lost far away.
+    pub(crate) fn cameras(&self) -> Bounds {
+        Bounds::of_cameras(self.frames.iter().map(Frame::center))
+    }
+
     /// A position here (in metres, relative to the origin) in the capture's own coordinates and unit.
     pub fn to_capture(&self, position: Vec3) -> DVec3 {
         self.origin + self.unit * position.as_dvec3()
@@ -353,11 +356,9 @@ impl Scene {
     /// is depth (without the farthest 0.2% on each side) or else sparse points (without 1%), else around
     /// the cameras with a room's margin. The few cameras that are lost far away do not count, nor does what they see.
     pub fn bounds(&self) -> Bounds {
-        let cameras = Bounds::of_cameras(self.frames.iter().map(Frame::center));
-        let frames = self
-            .frames
-            .iter()
-            .filter(|frame| cameras.contains(frame.center()));
+        let cameras = self.cameras();
+        let frames = self.frames.iter();
+        let frames = frames.filter(|frame| cameras.contains(frame.center()));
         let Bounds { mut min, mut max } = cameras;
         let (points, trimmed) = if self.has_depth() {
             (sampled_points(frames), TRIMMED)

@@ -33,9 +33,10 @@ pub struct HeldOutPixels {
 
 impl HeldOutPixels {
     /// Holds out every twentieth keyframe, at most eight, and none of a capture of fewer than eight; also returns the
-    /// keyframes to train on.
+    /// keyframes to train on. What lost cameras see is outside of the volume: theirs are neither.
     pub fn split(scene: &Scene, seed: u64) -> (Self, Vec<usize>) {
-        let keyframes = scene.keyframes();
+        let (mut keyframes, cameras) = (scene.keyframes(), scene.cameras());
+        keyframes.retain(|&frame| cameras.contains(scene.frames[frame].center()));
         let frames = keyframes.len();
         let count = if frames < 8 { 0 } else { (frames / 20).clamp(1, 8) };
         let held: Vec<usize> = (0..count)

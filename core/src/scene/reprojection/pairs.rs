@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::scene::pixel_errors::median;
-use crate::scene::{Bounds, Frame, Scene};
+use crate::scene::{Frame, Scene};
 
 /// Distance between the cameras of a pair that is aimed at, in distances to the surface: about five degrees,
 /// which moves corners by many pixels and hardly changes their looks.
@@ -119,8 +119,7 @@ pub(super) fn assumed_distance(scene: &Scene) -> f64 {
 
 /// Longest side of the box around the cameras, in metres.
 fn extent(scene: &Scene) -> f64 {
-    let cameras = Bounds::of_cameras(scene.frames.iter().map(Frame::center));
-    f64::from(cameras.size().max_element())
+    f64::from(scene.cameras().size().max_element())
 }
 
 /// About a hundred known ray lengths of a frame, in metres.
