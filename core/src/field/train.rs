@@ -8,7 +8,7 @@ mod schedule;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use candle_core::{Device, Result, Tensor};
+use candle_core::{Device, Result, Tensor, bail};
 use rand::{SeedableRng, rngs::SmallRng};
 
 use super::encoding::FEATURES_PER_LEVEL;
@@ -302,7 +302,7 @@ impl Trainer {
         Ok(self.held_out.error(&rendered, truth))
     }
 
-    /// The parameters, the occupancy and the frames' exposures by name, for saving.
+    /// The parameters, the occupancy, the frames' exposures and the volume by name, for saving.
     ///
     /// # Errors
     /// None on the CPU short of a lack of memory.
@@ -316,14 +316,22 @@ impl Trainer {
         tensors.insert("occupancy".to_owned(), occupancy);
         let exposure = self.exposure.parameters.copy()?;
         tensors.insert("exposure".to_owned(), exposure.to_device(&Device::Cpu)?);
+        let volume = Tensor::new(&self.field.volume().to_array(), &Device::Cpu)?;
+        tensors.insert("volume".to_owned(), volume);
         Ok(tensors)
     }
 
     /// Continues from a saved state after `steps` steps.
     ///
     /// # Errors
-    /// A state of a field of another capacity; nothing is changed then.
+    /// A state of a field of another capacity or volume; nothing is changed then.
     pub fn restore(&mut self, tensors: &HashMap<String, Tensor>, steps: u64) -> Result<()> {
+        // States of before they named their volume are taken to fit.
+        if let Some(saved) = tensors.get("volume")
+            && !self.field.volume().is_about(&saved.flatten_all()?.to_vec1::<f32>()?)
+        {
+            bail!("the saved model is of another part of the world");
+        }
         let density = tensors.get("occupancy");
         let density = density.map(|density| density.flatten_all()?.to_vec1());
         let density = density.transpose()?;

@@ -6,6 +6,8 @@ use crate::scene::Bounds;
 
 /// From so many sides away the cube is smaller than a pixel, and single precision still tells steps through it apart.
 const FARTHEST: f32 = 1e4;
+/// Share of the side by which two volumes may differ that are one but for rounding: much less than the finest cell.
+const ROUNDING: f32 = 1e-4;
 
 /// The cube of the world that the field models; its encoding works in unit coordinates inside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +27,19 @@ impl Volume {
             min: centre - 0.5 * side,
             side,
         }
+    }
+
+    /// The smallest corner and the side, in metres.
+    pub fn to_array(self) -> [f32; 4] {
+        let [x, y, z] = self.min.to_array();
+        [x, y, z, self.side]
+    }
+
+    /// Whether these are its corner and side, but for rounding.
+    pub fn is_about(&self, saved: &[f32]) -> bool {
+        let own = self.to_array();
+        let is_near = |(own, saved): (&f32, &f32)| (own - saved).abs() <= ROUNDING * self.side;
+        saved.len() == own.len() && own.iter().zip(saved).all(is_near)
     }
 
     /// World position to unit coordinates.

@@ -158,6 +158,7 @@ fn a_spoilt_state_is_refused_and_changes_nothing() {
         ("field.weights", zeros(&[3], DType::F32)),
         ("field.weights", zeros(weights, DType::U32)),
         ("occupancy", zeros(&[4], DType::U8)),
+        ("volume", zeros(&[4], DType::F32)),
     ] {
         let mut state = grown.state().unwrap();
         state.insert(name.to_owned(), spoilt);
