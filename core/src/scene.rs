@@ -214,25 +214,30 @@ impl Scene {
         options: OpenOptions,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, SceneError> {
-        Self::open_listed(source, options, &|_| {}, progress)
+        Self::open_listed(source, options, &|_| {}, &|done, total| {
+            progress(done, total);
+            true
+        })
     }
 
     /// As [`Scene::open`]. `listed` is called once, before images are decoded, with the scene as its files promise it:
     /// with the names, cameras and poses of its frames, whose pixels are decoded when they are wanted, once for both
     /// scenes where all of them stay in memory. The opened scene lacks the frames whose images turn out to be unusable,
-    /// and without depth its metre may be another.
+    /// and without depth its metre may be another. `progress` stops the reading of a folder by `false`.
     ///
     /// # Errors
-    /// Those of [`Scene::open`].
+    /// Those of [`Scene::open`], and that it was stopped.
     pub fn open_listed(
         source: &SceneSource,
         options: OpenOptions,
         listed: &(dyn Fn(Self) + Sync),
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &(dyn Fn(usize, usize) -> bool + Sync),
     ) -> Result<Self, SceneError> {
         let start = Instant::now();
         let mut scene = match source {
-            SceneSource::Demo => demo::Shot::default().read(options.depth, listed, progress),
+            SceneSource::Demo => demo::Shot::default().read(options.depth, listed, &|done, total| {
+                progress(done, total);
+            }),
             SceneSource::Folder(folder) => {
                 if !folder.is_dir() {
                     return Err(SceneError::Missing(folder.clone()));
@@ -409,7 +414,9 @@ fn sparse_points<'a>(frames: impl Iterator<Item = &'a Frame>) -> Vec<Vec3> {
 
 #[cfg(test)]
 mod tests {
-    use super::testing::{open, wall, without_depth};
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::testing::{on_threads, open, wall, without_depth};
     use super::*;
 
     /// A wall in poses of another unit, written without depth, and read again.
@@ -449,6 +456,20 @@ mod tests {
         let mut scene = lost(10);
         scene.warn_of_lost_cameras();
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    }
+
+    #[test]
+    fn reading_that_is_stopped_ends_after_the_image_at_hand() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("wall");
+        write_replica(&wall(9, 16, 12), &folder, None).unwrap();
+        let (source, read) = (SceneSource::Folder(folder), AtomicUsize::new(0));
+        let goes_on = |_: usize, _: usize| read.fetch_add(1, Ordering::Relaxed) < 2;
+        let stopped = on_threads(1, || {
+            Scene::open_listed(&source, OpenOptions::default(), &|_| {}, &goes_on)
+        });
+        assert!(matches!(stopped, Err(SceneError::Stopped)), "{stopped:?}");
+        assert_eq!(read.into_inner(), 3);
     }
 
     #[test]

@@ -108,10 +108,10 @@ pub fn estimate(
         total: frames.len() * (EXPLORING + MATCHING + 2 * FILLING),
     };
     let stride = stride(scene, &frames);
-    let small = Level::read(scene, &frames, 2 * stride)?;
+    let small = Level::read(scene, &frames, 2 * stride, &work)?;
     let setup = explore(&small, scene, &frames, &work)?;
     drop(small);
-    let level = Level::read(scene, &frames, stride)?;
+    let level = Level::read(scene, &frames, stride, &work)?;
     let matched = level.matched(&setup, MATCHING, &work)?;
     let mut seeds = level.seeds(&setup, &matched);
     drop(matched);

@@ -11,6 +11,9 @@ pub enum SceneError {
     /// No known format was recognised in this folder, with what a readable capture holds.
     #[error("{}: no capture was recognised here; expected {}", shown(.0.display()), .1)]
     Unrecognised(PathBuf, String),
+    /// The caller wanted no more.
+    #[error("the reading of the capture was stopped")]
+    Stopped,
     /// This file of the capture is missing, unreadable or holds something unusable, with what is wrong and what to do.
     #[error("{}: {}", shown(.0.display()), shown(.1))]
     File(PathBuf, String),

@@ -46,7 +46,7 @@ pub(super) fn read(
     folder: &Path,
     options: OpenOptions,
     listed: &(dyn Fn(Scene) + Sync),
-    read: &(dyn Fn(usize, usize) + Sync),
+    read: &(dyn Fn(usize, usize) -> bool + Sync),
 ) -> Result<Scene, SceneError> {
     let mut recognised = FORMATS.iter().filter(|format| (format.recognise)(folder));
     let Some(format) = recognised.next() else {

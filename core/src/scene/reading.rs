@@ -21,8 +21,8 @@ use super::{ColorImage, Frame, FramePixels, OpenOptions, Pixels, SceneError};
 pub(super) struct Progress<'a> {
     /// Called once with the frames that are going to be read, without sparse points.
     pub listed: &'a (dyn Fn(Vec<Frame>) + Sync),
-    /// Called with (frames read, frames in all), from any thread.
-    pub read: &'a (dyn Fn(usize, usize) + Sync),
+    /// Called with (frames read, frames in all), from any thread; `false` stops the reading.
+    pub read: &'a (dyn Fn(usize, usize) -> bool + Sync),
 }
 
 /// A frame that is still on disk, in the capture's own coordinates.
@@ -99,6 +99,9 @@ pub(super) struct ReadFrame<T> {
 
 /// Reads the listed frames in parallel: each one, or why its image cannot be used. `look` looks at the colour image of the
 /// frame with this index.
+///
+/// # Errors
+/// Whoever follows the reading stopped it.
 pub(super) fn read_frames<T: Send>(
     listed: &[Listed],
     placing: Placing,
@@ -106,7 +109,7 @@ pub(super) fn read_frames<T: Send>(
     progress: Progress,
     depth: &DepthImages,
     look: impl Fn(usize, &ColorImage) -> T + Sync,
-) -> Vec<Result<ReadFrame<T>, ImageError>> {
+) -> Result<Vec<Result<ReadFrame<T>, ImageError>>, SceneError> {
     let cameras = listed
         .iter()
         .map(|frame| (&frame.image.pinhole, frame.depth.is_some()));
@@ -143,8 +146,9 @@ pub(super) fn read_frames<T: Send>(
                 seen,
             }
         });
-        (progress.read)(1 + done.fetch_add(1, Ordering::Relaxed), listed.len());
-        read
+        let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+        let goes_on = (progress.read)(done, listed.len());
+        goes_on.then_some(read).ok_or(SceneError::Stopped)
     });
     read.collect()
 }

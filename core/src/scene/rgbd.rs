@@ -69,7 +69,7 @@ pub(super) fn read(
     let has_depth = listed.iter().any(|frame| frame.depth.is_some());
     let origin = choose_origin(&listed);
     let placing = Placing { origin, unit: 1.0 };
-    let mut read = read_frames(&listed, placing, options, progress, &layout.depth, |_, _| ());
+    let mut read = read_frames(&listed, placing, options, progress, &layout.depth, |_, _| ())?;
     for (frame, read) in listed.iter().zip(&mut read) {
         if let Ok(read) = read
             && has_depth

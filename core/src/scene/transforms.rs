@@ -71,7 +71,7 @@ fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene
         steps_per_metre: (1.0 / transforms.depth_unit()) as f32,
         ..DepthImages::MILLIMETRES
     };
-    let read = read_frames(&listed, placing, options, progress, &depth, |_, _| ());
+    let read = read_frames(&listed, placing, options, progress, &depth, |_, _| ())?;
     let unusable = Unusable {
         images: folder,
         depths: folder,

@@ -35,22 +35,18 @@ pub(super) fn estimate(
     outbox: &Outbox,
     threads: &Arc<rayon::ThreadPool>,
 ) -> Result<Option<Estimated>, WorkerError> {
-    let stopped = Arc::new(AtomicBool::new(false));
-    let work = {
-        let (scene, stopped) = (Arc::clone(&scene), Arc::clone(&stopped));
-        let (outbox, threads) = (outbox.clone(), Arc::clone(threads));
-        move || {
-            let told = Told::default();
-            let go_on = |share| {
-                told.now_and_then(share >= 1.0, || outbox.send(Event::Estimating { share }));
-                !stopped.load(Ordering::Relaxed)
-            };
-            threads.install(|| {
-                let scene = with_refined_poses(scene, &|| !stopped.load(Ordering::Relaxed));
-                let depth = stereo::estimate(&scene, &go_on)?;
-                Ok((scene, depth))
-            })
-        }
+    let (own, outbox, threads) = (Arc::clone(&scene), outbox.clone(), Arc::clone(threads));
+    let work = move |stopped: &AtomicBool| {
+        let told = Told::default();
+        let go_on = |share| {
+            told.now_and_then(share >= 1.0, || outbox.send(Event::Estimating { share }));
+            !stopped.load(Ordering::Relaxed)
+        };
+        threads.install(|| {
+            let scene = with_refined_poses(own, &|| !stopped.load(Ordering::Relaxed));
+            let depth = stereo::estimate(&scene, &go_on)?;
+            Ok((scene, depth))
+        })
     };
     let estimated = meanwhile(
         "inplace-stereo",
@@ -60,7 +56,6 @@ pub(super) fn estimate(
         work,
     )?;
     let Some(estimated) = estimated else {
-        stopped.store(true, Ordering::Relaxed);
         return Ok(None);
     };
     let (scene, depth) = match estimated {

@@ -1,5 +1,6 @@
 //! Opening a scene in the background.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -27,10 +28,11 @@ pub(super) fn open(
 ) -> Result<Option<OpenedScene>, WorkerError> {
     let (source, what) = (options.source.clone(), options.open);
     let (outbox, threads) = (outbox.clone(), Arc::clone(threads));
-    let read = move || {
+    let read = move |stopped: &AtomicBool| {
         let told = Told::default();
         let tell = |done, total| {
             told.now_and_then(done == total, || outbox.send(Event::Opening { done, total }));
+            !stopped.load(Ordering::Relaxed)
         };
         let listed = OnceLock::new();
         let list = |scene: Scene| {
@@ -55,19 +57,24 @@ pub(super) fn open(
 }
 
 /// Does work on a thread of its own and keeps the commands that arrive in the meantime; `None` as soon as one of them
-/// says stop. Where there is no thread, or the work panics, the sentence `failed` is the error.
+/// says stop, which the work is told. Where there is no thread, or the work panics, the sentence `failed` is the error.
 pub(super) fn meanwhile<T: Send + 'static>(
     name: &'static str,
     failed: &str,
     commands: &Receiver<Command>,
     early: &mut Vec<Command>,
-    work: impl FnOnce() -> T + Send + 'static,
+    work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> Result<Option<T>, WorkerError> {
-    let done = in_background(name, 1, work);
+    let stopped = Arc::new(AtomicBool::new(false));
+    let told = Arc::clone(&stopped);
+    let done = in_background(name, 1, move || work(&told));
     loop {
         select! {
             recv(commands) -> command => match command {
-                Ok(Command::Stop) | Err(_) => return Ok(None),
+                Ok(Command::Stop) | Err(_) => {
+                    stopped.store(true, Ordering::Relaxed);
+                    return Ok(None);
+                }
                 Ok(command) => early.push(command),
             },
             recv(done) -> done => return match done {

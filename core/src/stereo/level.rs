@@ -10,7 +10,7 @@ use super::selection::{CHECKED, MATCHED};
 use super::sweep;
 use super::view::{View, Warp};
 use super::{FILLING, StereoError, Work};
-use crate::scene::{Scene, SceneError};
+use crate::scene::Scene;
 
 /// How far apart hypotheses are in the median view that is matched with, in pixels, and how many there may be. The
 /// smallest images are matched before it is known how near the scene comes.
@@ -56,13 +56,14 @@ impl Level {
     /// The frames at 1/`stride` of their resolution.
     ///
     /// # Errors
-    /// A file that can no longer be read.
-    pub fn read(scene: &Scene, frames: &[usize], stride: u32) -> Result<Self, SceneError> {
+    /// A file that can no longer be read, or a caller that wants no more.
+    pub fn read(scene: &Scene, frames: &[usize], stride: u32, work: &Work) -> Result<Self, StereoError> {
         let view = |&frame: &usize| {
+            work.advance(0)?;
             let frame = &scene.frames[frame];
             Ok(View::new(frame, &frame.pixels()?.color, stride))
         };
-        let views = frames.par_iter().map(view).collect::<Result<_, SceneError>>()?;
+        let views = frames.par_iter().map(view).collect::<Result<_, StereoError>>()?;
         Ok(Self { views })
     }
 

@@ -134,8 +134,11 @@ fn measured_depth_is_not_looked_at_and_threads_do_not_matter() {
 #[test]
 fn without_parallax_or_when_told_to_it_stops() {
     let (mut scene, _) = capture(false);
-    let stopped = estimate(&scene, &|_| false);
-    assert!(matches!(stopped, Err(StereoError::Stopped)), "{stopped:?}");
+    // Either at once, while images are read, or after a part of the work.
+    for goes_on in [|share: f32| share > 0.0, |share: f32| share == 0.0] {
+        let stopped = estimate(&scene, &goes_on);
+        assert!(matches!(stopped, Err(StereoError::Stopped)), "{stopped:?}");
+    }
     for frame in &mut scene.frames {
         frame.camera_to_world.translation = Vec3::ONE.into();
     }

@@ -32,7 +32,7 @@ pub(super) fn decode(
     };
     // No frame lists a depth image.
     let depth = &DepthImages::MILLIMETRES;
-    let read = read_frames(listed, placing, options, progress, depth, project);
+    let read = read_frames(listed, placing, options, progress, depth, project)?;
     let unusable = Unusable {
         images: folder,
         depths: folder,
