@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crossbeam_channel::{Receiver, TryRecvError};
+use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
 use super::TrainingEnd;
 use super::background::in_background;
@@ -316,6 +316,20 @@ impl SurfaceRefiner {
             })
         };
         self.building = Some(in_background("inplace-surface", self.threads, build));
+    }
+
+    /// Has this surface be [ready](Self::ready) again, unless a newer one is being built.
+    pub(super) fn put_back(&mut self, propagation: LabelPropagation) {
+        if self.building.is_none() {
+            let built = BuiltSurface {
+                propagation,
+                seconds: None,
+            };
+            let (sender, ready) = bounded(1);
+            // There is room for one, and its receiver is here.
+            let _ = sender.send(Some(built));
+            self.building = Some(ready);
+        }
     }
 
     /// The surface that has become ready, if any, with the labels at the start of its building.

@@ -194,6 +194,7 @@ impl Worker<'_> {
             }
             Command::Pause => {
                 self.paused = true;
+                self.put_back_waiting();
                 self.report_status();
             }
             Command::Resume => {

@@ -27,6 +27,15 @@ impl Worker<'_> {
         ready.map_err(|reason| WorkerError::Other(reason.to_owned()))
     }
 
+    /// Has a surface that waits for imported images wait for the end of a pause as well.
+    pub(super) fn put_back_waiting(&mut self) {
+        if let Some(propagation) = self.waiting.take() {
+            self.importing = None;
+            self.refiner.put_back(propagation);
+            self.import_if_due();
+        }
+    }
+
     pub(super) fn take_propagation(&mut self, mut propagation: LabelPropagation) {
         timed(&mut self.seconds.semantics, || {
             propagation.set_labels(&self.scene, &self.labels);

@@ -2,6 +2,7 @@ use std::time::{Duration, Instant};
 
 use super::*;
 use crate::labels::testing::clicked;
+use crate::labels::{ImportedLabels, ImportedMap, Trust};
 use crate::scene::DepthMap;
 use crate::scene::testing::wall;
 use crate::session::serve::serve;
@@ -57,6 +58,42 @@ fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     worker.handle(Command::Pause).unwrap();
     // It begins with another surface.
     worker.refiner = SurfaceRefiner::new(&scene, &worker.trainer, 1.0, 2);
+    for _ in 0..100 {
+        worker.advance().unwrap();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(surface(&worker), first);
+    worker.handle(Command::Resume).unwrap();
+    advance_until(&mut worker, |worker| surface(worker) != first);
+}
+
+#[test]
+fn a_surface_that_waits_for_imported_images_waits_for_the_end_of_a_pause_too() {
+    let scene = Arc::new(half_measured());
+    let (outbox, options) = (outbox(), options());
+    let mut worker = Worker::new(Arc::clone(&scene), Vec::new(), &options, &outbox).unwrap();
+    advance_until(&mut worker, |worker| worker.propagation.is_some());
+    let image = ImportedMap::new(4, &[1; 64 * 48]);
+    let imported = ImportedLabels::new(vec![image], Trust::new(0.5).unwrap());
+    let clicks = clicked(&["dark", "bright"], &[(0, 1, [10, 30])]).labels().clone();
+    let imported = Some(Arc::new(imported));
+    let labels = LabelSet { imported, ..clicks };
+    let generation = 1;
+    worker.handle(Command::Labels { labels, generation }).unwrap();
+    advance_until(&mut worker, |worker| worker.importing.is_none());
+    let first = surface(&worker);
+    worker.refiner = SurfaceRefiner::new(&scene, &worker.trainer, 1.0, 2);
+    let newer = loop {
+        if let Some(newer) = worker.new_propagation().unwrap() {
+            break newer;
+        }
+        std::thread::yield_now();
+    };
+    worker.importing = Some(worker.import_onto(newer.surface()));
+    worker.waiting = Some(newer);
+    worker.handle(Command::Pause).unwrap();
+    // Nothing waits, so that other images that are imported during the pause are taken over.
+    assert!(worker.importing.is_none() && worker.waiting.is_none());
     for _ in 0..100 {
         worker.advance().unwrap();
         std::thread::sleep(Duration::from_millis(10));
