@@ -67,7 +67,9 @@ pub(super) fn read(
 ) -> Result<Scene, SceneError> {
     let listed = with_cameras(layout, found, &mut warnings, &mut notes)?;
     let has_depth = listed.iter().any(|frame| frame.depth.is_some());
-    let origin = choose_origin(&listed);
+    let median = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
+    let is_far = median.length() > FAR_FROM_ZERO;
+    let origin = if is_far { median } else { DVec3::ZERO };
     let placing = Placing { origin, unit: 1.0 };
     let mut read = read_frames(&listed, placing, options, progress, &layout.depth, |_, _| ())?;
     for (frame, read) in listed.iter().zip(&mut read) {
@@ -233,14 +235,4 @@ fn given_camera(
         ));
     }
     Ok(Some(camera))
-}
-
-/// The median camera position where it is far from zero, else zero.
-fn choose_origin(listed: &[Listed]) -> DVec3 {
-    let median = median_position(listed.iter().map(|frame| frame.camera_to_world.translation));
-    if median.length() > FAR_FROM_ZERO {
-        median
-    } else {
-        DVec3::ZERO
-    }
 }

@@ -8,7 +8,6 @@ mod training;
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
-use candle_core::Tensor;
 use crossbeam_channel::Receiver;
 
 use super::background::Background;
@@ -20,7 +19,7 @@ use super::serve::{WorkerError, saved, timed};
 use super::status_reporter::StatusReporter;
 use super::surface_refiner::SurfaceRefiner;
 use super::{Command, Event, ModelState, Phase, SessionOptions, Status, TrainingEnd};
-use crate::field::{FieldError, Trainer};
+use crate::field::Trainer;
 use crate::guide::Suggestion;
 use crate::labels::{LabelSet, Stroke};
 use crate::scene::{Scene, in_one_line};
@@ -85,17 +84,20 @@ impl<'a> Worker<'a> {
         outbox: &'a Outbox,
     ) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
-        let state = options.state.as_ref();
-        let (saved, is_final) = match restore(&mut trainer, state.map(|saved| &*saved.model)) {
-            Ok(saved) => (saved, state.is_some_and(|saved| saved.is_final)),
-            Err(error) => {
-                outbox.send(Event::Warning(format!(
+        let (mut saved, mut is_final) = (HashMap::new(), false);
+        if let Some(state) = &options.state {
+            let restored = state.model.load().and_then(|tensors| {
+                trainer.restore(&tensors, state.model.steps)?;
+                Ok(tensors)
+            });
+            match restored {
+                Ok(tensors) => (saved, is_final) = (tensors, state.is_final),
+                Err(error) => outbox.send(Event::Warning(format!(
                     "the saved model does not fit this scene and was left out ({}); training starts anew",
                     in_one_line(error)
-                )));
-                (HashMap::new(), false)
+                ))),
             }
-        };
+        }
         let threads = options.threads.max(1);
         let refiner = if is_final {
             SurfaceRefiner::of_learnt(&scene, &trainer, threads)
@@ -287,16 +289,6 @@ impl Worker<'_> {
         }
         Ok(false)
     }
-}
-
-/// Restores the field of a saved model; returns all of the model's parameters, none without a model.
-fn restore(trainer: &mut Trainer, state: Option<&ModelState>) -> Result<HashMap<String, Tensor>, FieldError> {
-    let Some(state) = state else {
-        return Ok(HashMap::new());
-    };
-    let tensors = state.load()?;
-    trainer.restore(&tensors, state.steps)?;
-    Ok(tensors)
 }
 
 #[cfg(test)]

@@ -66,38 +66,21 @@ impl Worker<'_> {
         in_background("inplace-import", self.options.threads.max(1), propagate)
     }
 
-    /// Takes imported images over that have been propagated.
+    /// Takes imported images over into the maps once they have been propagated, with the surface that waited for them.
     ///
     /// # Errors
     /// The thread that propagates them died.
     pub(super) fn take_import_if_ready(&mut self) -> Result<(), WorkerError> {
-        match self.importing.as_ref().map(Receiver::try_recv) {
-            Some(Ok(import)) => self.take_import(import),
+        let import = match self.importing.as_ref().map(Receiver::try_recv) {
+            Some(Ok(import)) => import,
             Some(Err(TryRecvError::Disconnected)) => {
                 return Err(WorkerError::Other(
                     "the imported labels could not be spread; open the scene again and remove them"
                         .to_owned(),
                 ));
             }
-            Some(Err(TryRecvError::Empty)) | None => {}
-        }
-        Ok(())
-    }
-
-    /// Starts to propagate imported images that are not in the maps yet, unless others are under way.
-    pub(super) fn import_if_due(&mut self) {
-        let due = |propagation: &&LabelPropagation| {
-            self.labels.imported.is_some() && !propagation.has_import_of(&self.labels)
+            Some(Err(TryRecvError::Empty)) | None => return Ok(()),
         };
-        if self.importing.is_none()
-            && let Some(propagation) = self.propagation.as_ref().filter(due)
-        {
-            self.importing = Some(self.import_onto(propagation.surface()));
-        }
-    }
-
-    /// Takes imported images over into the maps, with the surface that waited for them.
-    fn take_import(&mut self, import: Option<SurfaceImport>) {
         self.importing = None;
         if let Some(propagation) = self.waiting.take() {
             self.take_propagation(propagation);
@@ -111,5 +94,18 @@ impl Worker<'_> {
             self.refresh_all();
         }
         self.import_if_due();
+        Ok(())
+    }
+
+    /// Starts to propagate imported images that are not in the maps yet, unless others are under way.
+    pub(super) fn import_if_due(&mut self) {
+        let due = |propagation: &&LabelPropagation| {
+            self.labels.imported.is_some() && !propagation.has_import_of(&self.labels)
+        };
+        if self.importing.is_none()
+            && let Some(propagation) = self.propagation.as_ref().filter(due)
+        {
+            self.importing = Some(self.import_onto(propagation.surface()));
+        }
     }
 }

@@ -20,7 +20,13 @@ impl Worker<'_> {
         }
         if self.semantics.is_evaluating() && !self.paused {
             let start = Instant::now();
-            self.evaluate_prior()?;
+            // At the end its weights go into the maps.
+            if let Some(propagation) = &mut self.propagation
+                && let Some(weights) = self.semantics.evaluate(&self.trainer, propagation)?
+            {
+                propagation.set_prior(weights);
+                self.refresh_all();
+            }
             self.seconds.semantics += start.elapsed().as_secs_f64();
             return Ok(true);
         }
@@ -63,16 +69,5 @@ impl Worker<'_> {
     /// Whether there are classes to distinguish, and labels of them.
     pub(super) fn semantics_are_wanted(&self) -> bool {
         self.labels.classes.len() >= 2 && self.labels.says_anything()
-    }
-
-    /// Evaluates the semantic prior at some more nodes; at the end its weights go into the maps.
-    fn evaluate_prior(&mut self) -> Result<(), WorkerError> {
-        if let Some(propagation) = &mut self.propagation
-            && let Some(weights) = self.semantics.evaluate(&self.trainer, propagation)?
-        {
-            propagation.set_prior(weights);
-            self.refresh_all();
-        }
-        Ok(())
     }
 }
