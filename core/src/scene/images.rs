@@ -158,7 +158,7 @@ fn decode_turned(path: &Path, size: (u32, u32)) -> Result<(DynamicImage, Turn), 
     let (width, height) = (image.width(), image.height());
     let turn = if orientation == Orientation::NoTransforms {
         Turn::None
-    } else if (width, height) != size && (height, width) == size && swaps_sides(orientation) {
+    } else if (width, height) != size {
         image.apply_orientation(orientation);
         Turn::Applied
     } else {
@@ -168,17 +168,6 @@ fn decode_turned(path: &Path, size: (u32, u32)) -> Result<(DynamicImage, Turn), 
         return Err(ImageError::Size((width, height), size));
     }
     Ok((image, turn))
-}
-
-/// Whether an image's width becomes its height.
-fn swaps_sides(orientation: Orientation) -> bool {
-    matches!(
-        orientation,
-        Orientation::Rotate90
-            | Orientation::Rotate270
-            | Orientation::Rotate90FlipH
-            | Orientation::Rotate270FlipH
-    )
 }
 
 /// For every pixel, whether alpha or mask say that it shows no part of the scene; `None` where none is hidden.

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::SurfaceRefiner;
 use super::semantic_trainer::Readers;
 use crate::field::{Preset, Trainer};
 use crate::labels::ClassId;
@@ -68,7 +67,7 @@ impl Measured {
     pub fn of(scene: &Scene) -> Self {
         let keyframes = || scene.frames.iter().filter(|frame| frame.is_keyframe());
         let covered: f32 = keyframes().filter_map(Frame::depth_coverage).sum();
-        if SurfaceRefiner::is_complete(scene) {
+        if keyframes().all(Frame::has_complete_depth) {
             Self::All
         } else if 2.0 * covered >= keyframes().count() as f32 {
             Self::Most

@@ -75,12 +75,6 @@ struct DepthRendering {
 }
 
 impl SurfaceRefiner {
-    /// Whether every pixel of every keyframe has measured depth.
-    pub fn is_complete(scene: &Scene) -> bool {
-        let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
-        keyframes.all(Frame::has_complete_depth)
-    }
-
     /// Begins with the surface of measured depth, if there is any. It has `size` times as many voxels as are chosen for
     /// the scene, and is built with `threads` threads of its own.
     pub fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
@@ -109,9 +103,10 @@ impl SurfaceRefiner {
     }
 
     fn idle(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
-        let incomplete = !Self::is_complete(scene);
+        let measured = Measured::of(scene);
+        let incomplete = measured != Measured::All;
         let refines = incomplete && !trainer.settled();
-        let marks: &[u64] = match Measured::of(scene) {
+        let marks: &[u64] = match measured {
             Measured::Little => &REFINEMENT_STEPS,
             Measured::Most | Measured::All => &HOLE_REFINEMENT_STEPS,
         };
@@ -246,8 +241,7 @@ impl SurfaceRefiner {
             let mut unknown = Vec::new();
             while rendering.lengths.len() < rays.len() && unknown.len() < RAYS_AT_A_TIME {
                 let index = rendering.lengths.len();
-                let measured =
-                    measured_around(frame, self.stride, index as u32 % width, index as u32 / width);
+                let measured = measured_around(frame, self.stride, index);
                 rendering.lengths.push(measured.unwrap_or(f32::INFINITY));
                 if measured.is_none() {
                     unknown.push(index);
@@ -370,15 +364,15 @@ fn stride_for(pixels: usize) -> u32 {
 
 /// Measured ray length in the middle of a sample's pixels; `None` unless all of them and those beside
 /// them are measured.
-fn measured_around(frame: &Frame, stride: u32, column: u32, row: u32) -> Option<f32> {
+fn measured_around(frame: &Frame, stride: u32, sample: usize) -> Option<f32> {
     let (width, height) = (frame.camera.width, frame.camera.height);
+    let samples = width.div_ceil(stride);
+    let (column, row) = (sample as u32 % samples, sample as u32 / samples);
     let range = |at: u32, limit: u32| (at * stride).saturating_sub(stride)..((at + 2) * stride).min(limit);
     let at = |x: u32, y: u32| frame.ray_length((y * width + x) as usize);
     let complete = range(row, height).all(|y| range(column, width).all(|x| at(x, y).is_some()));
-    let middle = |at: u32, limit: u32| (at * stride + stride / 2).min(limit - 1);
-    complete
-        .then(|| at(middle(column, width), middle(row, height)))
-        .flatten()
+    let middle = frame.camera.middle_of_reduced(stride, sample);
+    complete.then(|| frame.ray_length(middle)).flatten()
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use inplace_core::labels::{Class, ClassId, ImportedLabels, LabelSet, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::scene::reprojection::refine;
 use inplace_core::semantics::{LabelPropagation, Surface, SurfaceImport};
-use inplace_core::session::{Client, Command, Event, Session, SessionOptions, SurfaceRefiner};
+use inplace_core::session::{Client, Command, Event, Measured, Session, SessionOptions, SurfaceRefiner};
 
 const NO_SURFACE: &str = "no surface was found; train for longer";
 
@@ -64,7 +64,7 @@ pub(super) fn session_surface(
     options: &SessionOptions,
     limit: Duration,
 ) -> Result<Arc<Surface>, Failure> {
-    let is_complete = SurfaceRefiner::is_complete(scene);
+    let is_complete = Measured::of(scene) == Measured::All;
     let session = Session::on(Arc::clone(scene), options.clone(), || {});
     let mut client = Client::observing(session, |_| {});
     learn(
