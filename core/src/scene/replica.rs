@@ -46,7 +46,7 @@ fn recognise(folder: &Path) -> bool {
 fn read(folder: &Path, options: OpenOptions, progress: Progress) -> Result<Scene, SceneError> {
     let mut warnings = Vec::new();
     let images = list_images(&folder.join("rgb"), &mut warnings)?;
-    let depths = list_depths(folder, options)?;
+    let depths = rgbd::depths(folder, options)?;
     let listed = with_poses(folder, images, &depths, &mut warnings)?;
     let layout = Layout {
         format: FORMAT.name,
@@ -84,16 +84,6 @@ fn list_images(rgb: &Path, warnings: &mut Vec<String>) -> Result<BTreeMap<usize,
         &unnumbered,
     );
     Ok(images)
-}
-
-/// Depth images by number; empty where there is no depth or none is wanted.
-fn list_depths(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
-    let depth = folder.join("depth");
-    if options.depth && depth.is_dir() {
-        numbered_files(&depth, &["png"], &mut Vec::new())
-    } else {
-        Ok(BTreeMap::new())
-    }
 }
 
 /// Reads a trajectory; empty lines and lines starting with # do not count as frames.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::camera::median_position;
 use super::depth::DepthImages;
 use super::error::{ImageError, refuse};
-use super::files::{dimensions, file_name, leave_out, stem};
+use super::files::{dimensions, file_name, leave_out, numbered_files, stem};
 use super::images::ImageFile;
 use super::reading::{Listed, Placing, Progress, Unusable, keep_usable, read_frames};
 use super::{Camera, OpenOptions, Scene, SceneError, SceneSource};
@@ -51,6 +51,16 @@ pub(super) struct Layout<'a> {
     pub default_camera: &'a (dyn Fn(u32, u32) -> Result<Camera, String> + Sync),
     /// What to say where that camera was taken.
     pub default_camera_note: Option<String>,
+}
+
+/// Depth images in `depth/` by number; empty where there is no depth or none is wanted.
+pub(super) fn depths(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, PathBuf>, SceneError> {
+    let depth = folder.join("depth");
+    if options.depth && depth.is_dir() {
+        numbered_files(&depth, &["png"], &mut Vec::new())
+    } else {
+        Ok(BTreeMap::new())
+    }
 }
 
 /// Decodes the listed frames; those that cannot be used are left out and counted, up to half of them.

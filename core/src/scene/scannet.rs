@@ -100,10 +100,7 @@ fn find_files(folder: &Path, options: OpenOptions) -> Result<BTreeMap<usize, Fra
              1.jpg, ..."
         );
     }
-    let mut depths = BTreeMap::new();
-    if options.depth && folder.join("depth").is_dir() {
-        depths = files(folder, "depth", &["png"])?;
-    }
+    let depths = rgbd::depths(folder, options)?;
     let mut frames: BTreeMap<usize, FrameFiles> = BTreeMap::new();
     for (number, path) in images {
         frames.entry(number).or_default().color = Some(path);
