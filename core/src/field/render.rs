@@ -31,14 +31,12 @@ pub fn frame_rays(frame: &Frame, stride: u32) -> (Camera, Vec<Ray>) {
 /// The rays through the centres of a camera's pixels, row-major.
 pub fn camera_rays(camera: &Camera, camera_to_world: &Affine3A) -> Vec<Ray> {
     let (origin, rotation) = (camera_to_world.translation.into(), camera_to_world.matrix3);
-    (0..camera.height)
-        .flat_map(|row| (0..camera.width).map(move |column| (column, row)))
-        .map(|(column, row)| Ray {
-            origin,
-            direction: (rotation * camera.pixel_direction(column, row)).normalize(),
-            length: None,
-        })
-        .collect()
+    let ray = |index: usize| Ray {
+        origin,
+        direction: (rotation * camera.direction_at(index)).normalize(),
+        length: None,
+    };
+    (0..camera.pixels()).map(ray).collect()
 }
 
 /// Renders rays with samples `step` metres apart.

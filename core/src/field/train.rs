@@ -326,15 +326,16 @@ impl Trainer {
     /// # Errors
     /// A state of a field of another capacity or volume; nothing is changed then.
     pub fn restore(&mut self, tensors: &HashMap<String, Tensor>, steps: u64) -> Result<()> {
+        let saved = |name: &str| {
+            let values = tensors.get(name);
+            let values = values.map(|values| values.flatten_all()?.to_vec1::<f32>());
+            values.transpose()
+        };
+        let (volume, density) = (saved("volume")?, saved("occupancy")?);
         // States of before they named their volume are taken to fit.
-        if let Some(saved) = tensors.get("volume")
-            && !self.field.volume().is_about(&saved.flatten_all()?.to_vec1::<f32>()?)
-        {
+        if volume.is_some_and(|saved| !self.field.volume().is_about(&saved)) {
             bail!("the saved model is of another part of the world");
         }
-        let density = tensors.get("occupancy");
-        let density = density.map(|density| density.flatten_all()?.to_vec1());
-        let density = density.transpose()?;
         self.grow_to(tensors)?;
         restore(&self.field.named(), tensors)?;
         if let Some(density) = density {

@@ -11,7 +11,7 @@ pub(super) struct Background<T> {
     /// Generation of the labels that it is about.
     generation: u64,
     cancelled: Arc<AtomicBool>,
-    answer: Receiver<Option<T>>,
+    pub(super) answer: Receiver<Option<T>>,
 }
 
 impl<T: Send + 'static> Background<T> {

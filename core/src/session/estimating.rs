@@ -48,20 +48,12 @@ pub(super) fn estimate(
             Ok((scene, depth))
         })
     };
-    let estimated = meanwhile(
-        "inplace-stereo",
-        "the depth could not be estimated",
-        commands,
-        early,
-        work,
-    )?;
-    let Some(estimated) = estimated else {
-        return Ok(None);
-    };
-    let (scene, depth) = match estimated {
-        Ok((scene, depth)) => (scene, depth),
-        Err(StereoError::NoParallax | StereoError::Stopped) => (scene, Vec::new()),
-        Err(StereoError::Scene(error)) => return Err(error.into()),
+    let failed = "the depth could not be estimated";
+    let (scene, depth) = match meanwhile("inplace-stereo", failed, commands, early, work)? {
+        None => return Ok(None),
+        Some(Ok(estimated)) => estimated,
+        Some(Err(StereoError::NoParallax | StereoError::Stopped)) => (scene, Vec::new()),
+        Some(Err(StereoError::Scene(error))) => return Err(error.into()),
     };
     Ok(Some(with_depth(scene, &depth)))
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, select};
 
-use super::background::in_background;
+use super::background::Background;
 use super::outbox::Outbox;
 use super::serve::WorkerError;
 use super::{Command, Event, SessionOptions};
@@ -65,22 +65,17 @@ pub(super) fn meanwhile<T: Send + 'static>(
     early: &mut Vec<Command>,
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> Result<Option<T>, WorkerError> {
-    let stopped = Arc::new(AtomicBool::new(false));
-    let told = Arc::clone(&stopped);
-    let done = in_background(name, 1, move || work(&told));
+    // It is about no labels, and told to stop when this ends.
+    let running = Background::start(name, 1, 0, move |stopped| Some(work(stopped)));
     loop {
         select! {
             recv(commands) -> command => match command {
-                Ok(Command::Stop) | Err(_) => {
-                    stopped.store(true, Ordering::Relaxed);
-                    return Ok(None);
-                }
+                Ok(Command::Stop) | Err(_) => return Ok(None),
                 Ok(command) => early.push(command),
             },
-            recv(done) -> done => return match done {
-                Ok(done) => Ok(Some(done)),
-                Err(_) => Err(WorkerError::Other(format!("{failed}: an internal error stopped it"))),
-            },
+            recv(running.answer) -> done => return done.map_err(|_| {
+                WorkerError::Other(format!("{failed}: an internal error stopped it"))
+            }),
         }
     }
 }

@@ -135,9 +135,8 @@ impl ViewRendering {
             color.map(|channel| channel as u8)
         });
         let color = ColorImage::new(camera.width, camera.height, rgb.collect());
-        let width = camera.width as usize;
         let z_depth = |(index, ray): (usize, &RenderedRay)| {
-            let direction = camera.pixel_direction((index % width) as u32, (index / width) as u32);
+            let direction = camera.direction_at(index);
             ray.length.map_or(0.0, |length| length / direction.length())
         };
         let depth = self.done.iter().enumerate().map(z_depth).collect();

@@ -91,11 +91,8 @@ impl SurfaceRefiner {
     /// Makes the only surface of a field that is trained no further: with its depth, where that is any use.
     pub(super) fn of_learnt(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
         let mut refiner = Self::idle(scene, trainer, 1.0, threads);
-        refiner.marks.clear();
-        refiner.last_refinement = false;
-        if refiner.is_useful(trainer) {
-            refiner.start();
-        }
+        refiner.last_refinement = true;
+        refiner.finish(trainer);
         if refiner.is_idle() {
             refiner.build(vec![None; scene.frames.len()], LabelSet::default(), None);
         }
