@@ -65,12 +65,9 @@ impl DepthImages {
                 let place = to_image(camera, lens.as_ref(), [column, row]);
                 let place = place.filter(|_| !color.is_hidden(metres.len()));
                 let place = place.and_then(|[x, y]| columns[x as usize].zip(rows[y as usize]));
-                let steps = place.map_or(0, |(x, y)| depth.get_pixel(x, y).0[0]);
-                metres.push(if steps == self.none {
-                    0.0
-                } else {
-                    f32::from(steps) / self.steps_per_metre
-                });
+                let steps = place.map(|(x, y)| depth.get_pixel(x, y).0[0]);
+                let known = steps.filter(|&steps| steps != self.none);
+                metres.push(f32::from(known.unwrap_or(0)) / self.steps_per_metre);
             }
         }
         Ok(DepthMap::from_z_depths(camera, metres))

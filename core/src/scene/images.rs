@@ -107,17 +107,13 @@ pub(crate) fn plain_image(frame: &Frame) -> Result<PlainImage, SceneError> {
     let bytes = std::fs::read(path).map_err(|error| unreadable(path, error))?;
     let mut decoder = decoder(path).map_err(|error| unreadable(path, error))?;
     if decoder.orientation().unwrap_or(Orientation::NoTransforms) == Orientation::NoTransforms {
-        let (size, camera) = (decoder.dimensions(), frame.image());
-        let (width, height) = (camera.width, camera.height);
-        return if size == (width, height) {
-            Ok(PlainImage::AsStored(bytes))
-        } else {
-            let reason = format!(
-                "it has {} x {} pixels instead of {width} x {height}",
-                size.0, size.1
-            );
-            Err(unreadable(path, reason))
-        };
+        let ((width, height), camera) = (decoder.dimensions(), frame.image());
+        if (width, height) != (camera.width, camera.height) {
+            let expected = format!("{} x {}", camera.width, camera.height);
+            let reason = format!("it has {width} x {height} pixels instead of {expected}");
+            return Err(unreadable(path, reason));
+        }
+        return Ok(PlainImage::AsStored(bytes));
     }
     let exif = decoder.exif_metadata().ok().flatten();
     let (image, turn) = turned(frame)?;

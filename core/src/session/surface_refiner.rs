@@ -12,7 +12,7 @@ use super::demand::Measured;
 use crate::features::ImageFeatures;
 use crate::field::{FieldError, HeldOut, Ray, Trainer, frame_rays, render_rays};
 use crate::labels::LabelSet;
-use crate::scene::{Frame, Scene};
+use crate::scene::{Camera, Frame, Scene};
 use crate::semantics::{FieldDepth, LabelPropagation, Surface};
 
 /// Fewest pixels of a frame, along each axis, per ray that is rendered for its depth.
@@ -66,8 +66,8 @@ struct BuiltSurface {
 struct DepthRendering {
     /// The frames done.
     done: Vec<Option<Arc<FieldDepth>>>,
-    /// Samples along x and rays of the next frame, once it has been begun.
-    begun: Option<(u32, Vec<Ray>)>,
+    /// Reduced camera and rays of the next frame, once it has been begun.
+    begun: Option<(Camera, Vec<Ray>)>,
     /// Ray lengths of the next frame, as far as they are known.
     lengths: Vec<f32>,
     /// Seconds spent so far.
@@ -229,11 +229,8 @@ impl SurfaceRefiner {
         let skipped = rest.iter().take_while(needs_none).count();
         rendering.done.resize(rendering.done.len() + skipped, None);
         if let Some(frame) = rest.get(skipped) {
-            let (width, rays) = rendering.begun.get_or_insert_with(|| {
-                let (camera, rays) = frame_rays(frame, self.stride);
-                (camera.width, rays)
-            });
-            let width = *width;
+            let begin = || frame_rays(frame, self.stride);
+            let (camera, rays) = rendering.begun.get_or_insert_with(begin);
             // Rays among measured pixels need not be rendered.
             let mut unknown = Vec::new();
             while rendering.lengths.len() < rays.len() && unknown.len() < RAYS_AT_A_TIME {
@@ -253,7 +250,7 @@ impl SurfaceRefiner {
             if rendering.lengths.len() == rays.len() {
                 rendering.done.push(Some(Arc::new(FieldDepth {
                     stride: self.stride,
-                    width,
+                    width: camera.width,
                     lengths: std::mem::take(&mut rendering.lengths),
                 })));
                 rendering.begun = None;

@@ -75,8 +75,9 @@ fn a_surface_that_waits_for_imported_images_waits_for_the_end_of_a_pause_too() {
     advance_until(&mut worker, |worker| worker.propagation.is_some());
     let image = ImportedMap::new(4, &[1; 64 * 48]);
     let imported = ImportedLabels::new(vec![image], Trust::new(0.5).unwrap());
-    let clicks = clicked(&["dark", "bright"], &[(0, 1, [10, 30])]).labels().clone();
     let imported = Some(Arc::new(imported));
+    let history = clicked(&["dark", "bright"], &[(0, 1, [10, 30])]);
+    let clicks = history.labels().clone();
     let labels = LabelSet { imported, ..clicks };
     let generation = 1;
     worker.handle(Command::Labels { labels, generation }).unwrap();
