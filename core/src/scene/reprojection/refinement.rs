@@ -124,7 +124,7 @@ pub fn refine(scene: &Scene, go_on: &(dyn Fn() -> bool + Sync)) -> Result<Refine
         return Err(Unrefined::StructureFromMotion);
     }
     let keyframes = scene.keyframes();
-    let stars = tracks::find(scene, &keyframes, go_on);
+    let stars = tracks::find(scene, &keyframes, go_on).ok_or(Unrefined::Stopped)?;
     let cameras = keyframes.iter().map(|&frame| scene.frames[frame].camera);
     let own: Vec<DAffine3> = keyframes
         .iter()

@@ -1,6 +1,7 @@
 //! What becomes of poses that are right, of such that are off, and of captures that say nothing about them.
 
 use std::sync::LazyLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Quat, Vec3};
 use rand::rngs::SmallRng;
@@ -106,7 +107,14 @@ fn what_says_nothing_about_poses_leaves_them() {
         by_stereo: false,
     });
     assert_eq!(refined(&with_points).unwrap_err(), Unrefined::StructureFromMotion);
-    assert_eq!(refine(&ROOM, &|| false).unwrap_err(), Unrefined::Stopped);
+    // It stops at the first image.
+    let asked = AtomicUsize::new(0);
+    let stop = || {
+        asked.fetch_add(1, Ordering::Relaxed);
+        false
+    };
+    let stopped = on_threads(1, || refine(&ROOM, &stop)).unwrap_err();
+    assert_eq!((stopped, asked.into_inner()), (Unrefined::Stopped, 1));
 }
 
 #[test]

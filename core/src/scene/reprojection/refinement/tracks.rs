@@ -56,18 +56,17 @@ struct Found {
 }
 
 /// Finds the corners of the keyframes in each other, in parallel; a star for each of them. When `go_on` says `false`, corners
-/// are missing.
-pub fn find(scene: &Scene, keyframes: &[usize], go_on: &(dyn Fn() -> bool + Sync)) -> Vec<Star> {
+/// are missing, or `None` of them is known yet.
+pub fn find(scene: &Scene, keyframes: &[usize], go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<Star>> {
     let frames: Vec<&Frame> = keyframes.iter().map(|&frame| &scene.frames[frame]).collect();
     let pairs = pairs::partners(scene, keyframes, PARTNERS);
-    let corners: Vec<(Features, Vec<DVec2>)> = frames
-        .par_iter()
-        .map(|frame| {
-            let features = Features::of(frame, LONGEST);
-            let places = features.places();
-            (features, places)
-        })
-        .collect();
+    let corners_of = |frame: &&Frame| {
+        let features = go_on().then(|| Features::of(frame, LONGEST))?;
+        let places = features.places();
+        Some((features, places))
+    };
+    let corners = frames.par_iter().map(corners_of);
+    let corners: Vec<(Features, Vec<DVec2>)> = corners.collect::<Option<_>>()?;
     let nearest = NEAREST * pairs::assumed_distance(scene);
     let found = pairs.par_iter().filter(|_| go_on()).flat_map_iter(|pair| {
         let [(first, places), (second, others)] = pair.map(|number| &corners[number]);
@@ -112,7 +111,7 @@ pub fn find(scene: &Scene, keyframes: &[usize], go_on: &(dyn Fn() -> bool + Sync
             &found[start..end],
         )
     };
-    (0..frames.len()).map(star).collect()
+    Some((0..frames.len()).map(star).collect())
 }
 
 impl Star {
