@@ -55,7 +55,7 @@ struct Files {
 }
 
 impl Files {
-    /// Reads them for the first time: a depth image that cannot be used is left out, and so is one that knows nothing.
+    /// Reads them for the first time: a depth image that cannot be used, or is empty, is left out.
     fn read(&self) -> FirstReading {
         let (color, turn) = self.image.decode()?;
         let (mut measured, mut depth_problem) = (None, None);
