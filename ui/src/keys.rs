@@ -21,15 +21,20 @@ pub fn map_of(ctx: &egui::Context) -> Arc<KeyMap> {
     ctx.data(|data| data.get_temp(egui::Id::NULL)).unwrap_or_default()
 }
 
-/// The key that an event presses, with what is held beside it.
+/// The key that an event presses, with what is held beside it. With Alt there is none, but for what is typed with it on
+/// macOS, which is another key than the one pressed.
 pub fn pressed(event: &Event) -> Option<(Modifiers, Key)> {
     match *event {
         Event::Key {
             key,
+            physical_key,
             pressed: true,
             modifiers,
             ..
-        } => Some((modifiers, key)),
+        } => {
+            let typed = cfg!(target_os = "macos") && physical_key.is_some_and(|physical| physical != key);
+            (typed || !modifiers.alt).then_some((modifiers, key))
+        }
         _ => None,
     }
 }
@@ -115,7 +120,7 @@ pub fn are_taken(ctx: &egui::Context) -> bool {
 
 /// Pushes the commands of the keys pressed in this frame; `asked` tells what they are about. An open menu keeps all
 /// keys, a focused text field all but those with Ctrl that mean nothing in a text, and a focused control the arrow keys
-/// and Enter.
+/// and Enter. A key that is held goes on with steps alone.
 pub fn dispatch(ctx: &egui::Context, asked: Asked, commands: &mut Commands) {
     if egui::Popup::is_any_open(ctx) {
         return;
@@ -124,16 +129,18 @@ pub fn dispatch(ctx: &egui::Context, asked: Asked, commands: &mut Commands) {
     let focused = ctx.egui_wants_keyboard_input();
     let map = map_of(ctx);
     ctx.input(|input| {
-        for (modifiers, key) in input.events.iter().filter_map(pressed) {
+        for event in &input.events {
+            let Some((modifiers, key)) = pressed(event) else {
+                continue;
+            };
             let of_controls = matches!(key, Key::ArrowLeft | Key::ArrowRight | Key::Enter);
             let of_texts = !modifiers.command || matches!(key, Key::Z | Key::Y);
             if focused && of_controls || typing && of_texts {
                 continue;
             }
-            let pressed = shortcut(modifiers, key);
-            if let Some(command) = pressed.and_then(|pressed| command_of(&map, pressed, asked)) {
-                commands.push(command);
-            }
+            let is_held = matches!(event, Event::Key { repeat: true, .. });
+            let command = shortcut(modifiers, key).and_then(|pressed| command_of(&map, pressed, asked));
+            commands.extend(command.filter(|command| !(is_held && command.is_done_once())));
         }
     });
 }

@@ -244,6 +244,24 @@ impl Command {
             RecentPlace::Project(path) => Self::Open(Target::Project(path.clone())),
         }
     }
+
+    /// Whether a held key asks for it but once: again, it would take itself back, or label what nobody has looked at.
+    pub fn is_done_once(&self) -> bool {
+        matches!(
+            self,
+            Self::ToggleTool
+                | Self::ToggleSpace
+                | Self::ToggleChecked
+                | Self::ToggleCompare
+                | Self::TogglePause
+                | Self::SwitchSide
+                | Self::LabelOutlined
+                | Self::AnswerLikely(_)
+                | Self::AnswerNew
+                | Self::SkipSuggestion
+                | Self::Judge(_)
+        )
+    }
 }
 
 /// Commands of one frame, in order.

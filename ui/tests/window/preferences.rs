@@ -7,6 +7,7 @@ use inplace_model::Command;
 use inplace_model::hints::Hint;
 use inplace_model::preferences::{PreferenceChange, Theme};
 use inplace_model::settings::Settings;
+use inplace_model::tool::Tool;
 
 use crate::stand::*;
 
@@ -112,6 +113,24 @@ fn a_key_can_be_changed_and_help_shows_the_new_one() {
     window.key(Key::Escape);
     window.sees("Pause or resume training: P");
     window.key(Key::Escape);
+    assert!(window.model().dialog.is_none());
+}
+
+#[test]
+fn a_held_key_goes_on_with_steps_and_switches_once_and_with_alt_none_is_a_shortcut() {
+    let mut window = Window::demo();
+    for key in [Key::D, Key::E] {
+        for _ in 0..2 {
+            window.harness.key_down(key);
+            window.harness.run_steps(2);
+        }
+        window.harness.key_up(key);
+        window.harness.run_steps(2);
+    }
+    assert_eq!((window.frame_index(), window.tool()), (2, Tool::Erase));
+    window.press(Modifiers::ALT, Key::D);
+    window.press(Modifiers::ALT | Modifiers::COMMAND, Key::E);
+    assert_eq!((window.frame_index(), window.tool()), (2, Tool::Erase));
     assert!(window.model().dialog.is_none());
 }
 
