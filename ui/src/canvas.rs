@@ -447,6 +447,11 @@ impl Canvas {
                 None => {}
             }
         }
+        // Only now: the first finger has pressed by then.
+        let touch = ui.input(egui::InputState::multi_touch);
+        if let Some(touch) = touch.filter(|touch| reachable(touch.center_pos)) {
+            view = self.gesture.pinch(&touch, view, around);
+        }
         if view != before {
             commands.push(Command::SetView(view));
         }

@@ -5,7 +5,7 @@
 
 mod draft;
 
-use egui::{Event, Modifiers, MouseWheelUnit, PointerButton, Pos2, Rect, Vec2};
+use egui::{Event, Modifiers, MouseWheelUnit, MultiTouchInfo, PointerButton, Pos2, Rect, Vec2};
 use inplace_core::labels::Pixel;
 use inplace_model::tool::{DrawnLine, Tool};
 use inplace_model::view::View;
@@ -171,8 +171,23 @@ impl Gesture {
             }
             // The system may tell of a pinch without a number.
             Event::Zoom(factor) if factor.is_finite() => Some(zoomed(factor, view, around)),
+            // Nothing may be told of the button that is released elsewhere.
+            Event::WindowFocused(false) => self.let_go(),
             _ => None,
         }
+    }
+
+    /// Two fingers move and zoom the image; what the first of them began is dropped.
+    pub fn pinch(&mut self, touch: &MultiTouchInfo, view: View, around: &CanvasPlace) -> View {
+        if self.draft.as_ref().is_some_and(Draft::is_held) {
+            self.take_back();
+        }
+        (self.line, self.pan) = (None, None);
+        let moved = panned(view, around.canvas, around.size, touch.translation_delta);
+        // At one place, they have no distance that could grow.
+        let factor = Some(touch.zoom_delta).filter(|factor| factor.is_finite());
+        let factor = factor.unwrap_or(1.0);
+        zoomed_at(moved, around.canvas, around.size, touch.center_pos, factor)
     }
 
     /// Every notch of a wheel is a step, however far it goes; on a touchpad steps add up.
@@ -271,13 +286,11 @@ impl Gesture {
         if self.pan.is_some_and(|(panning, _)| panning == button) {
             self.pan = None;
         }
-        if self.line.as_ref().is_some_and(|(drawing, _)| *drawing == button) {
-            let (_, mut line) = self.line.take()?;
-            extend(&mut line, view, around, pos);
-            return Some(match self.on_object {
-                true => Outcome::FinishedObject(line),
-                false => Outcome::Finished(line),
-            });
+        if let Some((drawing, line)) = &mut self.line
+            && *drawing == button
+        {
+            extend(line, view, around, pos);
+            return self.let_go();
         }
         if button == PointerButton::Primary
             && let Some(draft) = &mut self.draft
@@ -290,6 +303,19 @@ impl Gesture {
             }
         }
         None
+    }
+
+    /// Ends what is done with a button held; a polyline or polygon stays without its end.
+    fn let_go(&mut self) -> Option<Outcome> {
+        self.pan = None;
+        if let Some(draft) = &mut self.draft {
+            draft.release();
+        }
+        let (_, line) = self.line.take()?;
+        Some(match self.on_object {
+            true => Outcome::FinishedObject(line),
+            false => Outcome::Finished(line),
+        })
     }
 }
 

@@ -137,10 +137,12 @@ impl View3d {
         let before = *camera;
         let is_behind = !ui.memory(|memory| memory.allows_interaction(ui.layer_id()));
         let has_keys = !is_behind && !keys::are_taken(ui.ctx());
-        let pan_key = has_keys && ui.input(|input| input.key_down(Key::Space));
+        // Of two fingers, the first moves the scene.
+        let (space, pinch) = ui.input(|input| (input.key_down(Key::Space), input.multi_touch().is_some()));
+        let panning = has_keys && space || pinch;
         let drag = response.drag_delta();
         if response.dragged_by(PointerButton::Middle)
-            || pan_key && response.dragged_by(PointerButton::Primary)
+            || panning && response.dragged_by(PointerButton::Primary)
         {
             pan(camera, drag, rect);
         } else if response.dragged_by(PointerButton::Primary) {

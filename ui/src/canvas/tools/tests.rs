@@ -144,6 +144,22 @@ fn a_drag_draws_an_outline_that_closes_near_its_beginning() {
 }
 
 #[test]
+fn where_the_window_loses_the_focus_a_line_ends_and_an_outline_waits() {
+    let events = [
+        press(26.5, 26.5),
+        Event::WindowFocused(false),
+        Event::PointerMoved(pos2(90.0, 90.0)),
+        release(90.0, 90.0),
+    ];
+    let mut gesture = Gesture::default();
+    let (tool, points) = (Tool::Brush, vec![[10, 10]]);
+    let ended = Outcome::Finished(DrawnLine { tool, points });
+    assert_eq!(follow(&mut gesture, &AROUND, &events), [ended]);
+    assert_eq!(follow(&mut gesture, &with(Tool::Polygon), &events), []);
+    assert_eq!(gesture.draft().unwrap().points, [[10, 10]]);
+}
+
+#[test]
 fn an_outline_that_was_left_with_the_button_held_does_not_follow_the_pointer_afterwards() {
     let mut gesture = Gesture::default();
     let around = with(Tool::Polygon);
