@@ -88,7 +88,7 @@ impl App {
         let mut app = Self {
             model: Model::new(options.start, environment.preferences.preferences().clone()),
             canvas,
-            panels: Panels::new(ctx),
+            panels: Panels::default(),
             dialogs: Dialogs::default(),
             jobs: Jobs::new(ctx.clone(), environment.pictures),
             ctx: ctx.clone(),

@@ -42,8 +42,18 @@ use crate::view3d::View3d;
 use parts::panel_frame;
 
 /// All panels with what each remembers between frames.
+#[derive(Default)]
 pub struct Panels {
     start: start::StartPage,
+    scene: Option<ScenePanels>,
+    /// What is known about what was opened lately, once it was looked at.
+    pub pictures: Pictures,
+}
+
+/// The panels of an open scene, which know nothing of another one.
+struct ScenePanels {
+    /// Serial number of the scene.
+    serial: u64,
     classes: classes::ClassPanel,
     strokes: strokes::StrokePanel,
     filmstrip: filmstrip::Filmstrip,
@@ -51,35 +61,16 @@ pub struct Panels {
     hints: hints::Hints,
     progress: progress::ProgressPanel,
     view3d: View3d,
-    /// What is known about what was opened lately, once it was looked at.
-    pub pictures: Pictures,
 }
 
 impl Panels {
-    /// Panels for this window.
-    pub fn new(ctx: &egui::Context) -> Self {
-        let frames = Thumbnails::new(ctx.clone(), [128, 96]);
-        let places = Thumbnails::new(ctx.clone(), [480, 360]);
-        Self {
-            start: start::StartPage::default(),
-            classes: classes::ClassPanel::default(),
-            strokes: strokes::StrokePanel::default(),
-            filmstrip: filmstrip::Filmstrip::new(frames),
-            suggestions: suggestions::SuggestionPanel::new(places),
-            hints: hints::Hints::default(),
-            progress: progress::ProgressPanel::default(),
-            view3d: View3d::new(ctx),
-            pictures: Pictures::default(),
-        }
-    }
-
     /// Draws the whole window.
     pub fn show(&mut self, ui: &mut Ui, model: &Model, canvas: &mut Canvas, commands: &mut Commands) {
         egui::Panel::top("menu")
             .frame(panel_frame(8, 4))
             .show(ui, |ui| menu::show(ui, model, &self.pictures, commands));
         if !matches!(model.stage, Stage::Open(_)) {
-            self.view3d.forget();
+            self.scene = None;
             InputOrder::set_canvas(ui.ctx(), None, &[]);
         }
         match &model.stage {
@@ -90,11 +81,35 @@ impl Panels {
             Stage::Opening(opening) => {
                 egui::CentralPanel::default().show(ui, |ui| work::opening(ui, opening, commands));
             }
-            Stage::Open(workspace) => self.show_workspace(ui, model, workspace, canvas, commands),
+            Stage::Open(workspace) => {
+                let new = || ScenePanels::new(ui.ctx(), workspace.serial);
+                let panels = self.scene.get_or_insert_with(new);
+                if panels.serial != workspace.serial {
+                    *panels = new();
+                }
+                panels.show(ui, model, workspace, canvas, commands);
+            }
+        }
+    }
+}
+
+impl ScenePanels {
+    fn new(ctx: &egui::Context, serial: u64) -> Self {
+        let frames = Thumbnails::new(ctx.clone(), [128, 96]);
+        let places = Thumbnails::new(ctx.clone(), [480, 360]);
+        Self {
+            serial,
+            classes: classes::ClassPanel::default(),
+            strokes: strokes::StrokePanel::default(),
+            filmstrip: filmstrip::Filmstrip::new(frames),
+            suggestions: suggestions::SuggestionPanel::new(places),
+            hints: hints::Hints::default(),
+            progress: progress::ProgressPanel::default(),
+            view3d: View3d::new(ctx),
         }
     }
 
-    fn show_workspace(
+    fn show(
         &mut self,
         ui: &mut Ui,
         model: &Model,

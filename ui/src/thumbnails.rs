@@ -48,8 +48,8 @@ struct Request {
     outline: Vec<[f32; 2]>,
 }
 
-/// A thumbnail, with what it shows.
-type Made = (Subject, Shown, egui::ColorImage);
+/// A thumbnail, with what it shows; none where the file of its frame cannot be read.
+type Made = (Subject, Shown, Option<egui::ColorImage>);
 
 #[derive(Default)]
 struct Slot {
@@ -62,13 +62,10 @@ struct Slot {
     wanted: u64,
 }
 
-/// Thumbnails by subject. One request per subject is under way at a time; the newest version wins.
+/// Thumbnails of a scene by subject. One request per subject is under way at a time; the newest version wins.
 pub struct Thumbnails {
     thread: Background<Request, Made>,
     ctx: egui::Context,
-    size: [usize; 2],
-    /// Serial number of the scene.
-    scene: u64,
     slots: HashMap<Subject, Slot>,
     clock: u64,
 }
@@ -79,19 +76,13 @@ impl Thumbnails {
         Self {
             thread: started(&ctx, size),
             ctx,
-            size,
-            scene: 0,
             slots: HashMap::new(),
             clock: 0,
         }
     }
 
-    /// Takes finished thumbnails over, and forgets those of a scene with another serial number; call once per frame.
-    pub fn collect(&mut self, scene: u64) {
-        if self.scene != scene {
-            self.clear();
-            self.scene = scene;
-        }
+    /// Takes finished thumbnails over; call once per frame.
+    pub fn collect(&mut self) {
         self.clock += 1;
         while let Some((subject, shown, image)) = self.thread.next() {
             // One that was forgotten meanwhile is asked for again when it is wanted.
@@ -99,6 +90,9 @@ impl Thumbnails {
                 continue;
             };
             slot.arrived = Some(shown);
+            let Some(image) = image else {
+                continue;
+            };
             let options = egui::TextureOptions::LINEAR;
             match &mut slot.thumbnail {
                 Some(thumbnail) => thumbnail.set(image, options),
@@ -153,9 +147,11 @@ impl Thumbnails {
         source: impl FnOnce() -> (FrameSource, Vec<[f32; 2]>),
     ) -> Option<TextureHandle> {
         let slot = self.slots.entry(subject).or_default();
+        // What could not be read is tried again when it comes into view again.
+        let again = slot.thumbnail.is_none() && slot.wanted + 1 < self.clock;
         slot.wanted = self.clock;
         let idle = slot.asked == slot.arrived;
-        if idle && slot.arrived != Some(shown) {
+        if idle && (again || slot.arrived != Some(shown)) {
             slot.asked = Some(shown);
             let (source, outline) = source();
             self.thread.ask(Request {
@@ -167,14 +163,6 @@ impl Thumbnails {
         }
         slot.thumbnail.clone()
     }
-
-    pub fn clear(&mut self) {
-        if !self.slots.is_empty() {
-            self.slots.clear();
-            // What is still being made is of the scene before.
-            self.thread = started(&self.ctx, self.size);
-        }
-    }
 }
 
 fn started(ctx: &egui::Context, size: [usize; 2]) -> Background<Request, Made> {
@@ -184,19 +172,17 @@ fn started(ctx: &egui::Context, size: [usize; 2]) -> Background<Request, Made> {
             // What was asked for last is most likely in view still.
             waiting.extend(desk.waiting());
             let request = waiting.pop().map_or_else(|| desk.next(), Ok)?;
-            if let Some(made) = request.make(size) {
-                desk.tell(made)?;
-            }
+            desk.tell((request.subject, request.shown, request.make(size)))?;
         }
     })
 }
 
 impl Request {
-    fn make(self, [width, height]: [usize; 2]) -> Option<Made> {
+    fn make(&self, [width, height]: [usize; 2]) -> Option<egui::ColorImage> {
         let source = &self.source;
         let camera = &source.scene.frames.get(source.frame)?.camera;
         let full = [camera.width as usize, camera.height as usize];
-        let image = match self.subject {
+        Some(match self.subject {
             Subject::Frame(_) => {
                 let aspect = full[0] as f32 / full[1].max(1) as f32;
                 let width = width.min((height as f32 * aspect).round() as usize).max(1);
@@ -208,8 +194,7 @@ impl Request {
                 let [shown, plain] = pictures(source, [source.look, Look::PLAIN], full)?;
                 place_picture(&shown, &plain, (pixel, &self.outline), [width, height])
             }
-        };
-        Some((self.subject, self.shown, image))
+        })
     }
 }
 
@@ -257,32 +242,41 @@ mod tests {
     use inplace_core::scene::ColorImage;
 
     #[test]
-    fn what_was_asked_for_in_another_scene_is_not_shown() {
-        let source = |[width, height]: [u32; 2]| {
-            let color = ColorImage::new(width, height, vec![9; (3 * width * height) as usize]).unwrap();
-            let source = FrameSource {
-                scene: Arc::new(crate::tests::scene([color])),
-                frame: 0,
-                map: None,
-                palette: Palette::new(&[]),
-                look: Look::PLAIN,
+    fn what_could_not_be_read_is_tried_again_when_it_comes_into_view_again() {
+        let get = |thumbnails: &mut Thumbnails, frame| {
+            let source = || {
+                let color = ColorImage::new(40, 60, vec![9; 3 * 40 * 60]).unwrap();
+                let source = FrameSource {
+                    scene: Arc::new(crate::tests::scene([color])),
+                    frame,
+                    map: None,
+                    palette: Palette::new(&[]),
+                    look: Look::PLAIN,
+                };
+                (source, Vec::new())
             };
-            (source, Vec::new())
+            thumbnails.get(Subject::Frame(0), (Layer::Color, 0, None), source)
         };
-        let shown = (Layer::Color, 0, None);
-        let ctx = egui::Context::default();
-        let mut thumbnails = Thumbnails::new(ctx, [48, 48]);
-        thumbnails.collect(1);
-        let before = thumbnails.get(Subject::Frame(0), shown, || source([60, 40]));
-        assert!(before.is_none());
         let start = std::time::Instant::now();
-        let size = loop {
-            thumbnails.collect(2);
-            if let Some(thumbnail) = thumbnails.get(Subject::Frame(0), shown, || source([40, 60])) {
-                break thumbnail.size();
-            }
+        let wait = || {
             assert!(start.elapsed().as_secs() < 20, "nothing was made");
             std::thread::sleep(std::time::Duration::from_millis(1));
+        };
+        let mut thumbnails = Thumbnails::new(egui::Context::default(), [48, 48]);
+        thumbnails.collect();
+        // The scene has one frame alone.
+        assert!(get(&mut thumbnails, 1).is_none());
+        while thumbnails.slots[&Subject::Frame(0)].arrived.is_none() {
+            wait();
+            thumbnails.collect();
+        }
+        thumbnails.collect();
+        let size = loop {
+            if let Some(thumbnail) = get(&mut thumbnails, 0) {
+                break thumbnail.size();
+            }
+            wait();
+            thumbnails.collect();
         };
         assert_eq!(size, [32, 48]);
     }

@@ -65,8 +65,8 @@ pub struct View3d {
     drawn: Arc<AtomicUsize>,
     /// The field as seen from the camera, while a layer of it is shown.
     field: Option<FieldViewer>,
-    /// The scene shown last, and its level axes.
-    scene: Option<(u64, Quat)>,
+    /// The scene's level axes.
+    level: Option<Quat>,
     /// Whether it was shown in the last frame of the window.
     was_shown: bool,
     last_sight: Option<Sight>,
@@ -92,7 +92,7 @@ impl View3d {
             budget: SplatBudget::default(),
             drawn: Arc::default(),
             field: None,
-            scene: None,
+            level: None,
             was_shown: false,
             last_sight: None,
             moved_at: f64::NEG_INFINITY,
@@ -116,17 +116,6 @@ impl View3d {
         self.field = None;
     }
 
-    /// No scene is open: keeps nothing of the last one.
-    pub fn forget(&mut self) {
-        if self.scene.take().is_some() {
-            self.rest();
-            self.preparer.get(None, None);
-            self.thumbnails.clear();
-            self.last_sight = None;
-            self.notice = None;
-        }
-    }
-
     /// Draws the view and follows the pointer and the keys; returns where it was drawn.
     pub fn show(
         &mut self,
@@ -142,14 +131,12 @@ impl View3d {
         let painter = ui.painter_at(rect);
         let background = theme::of(ui.visuals()).canvas;
         painter.rect_filled(rect, 0, background);
-        self.thumbnails.collect(workspace.serial);
-        let level = self.level(workspace);
+        self.thumbnails.collect();
+        let level = *self.level.get_or_insert_with(|| level_axes(&workspace.scene));
         let objects = canvas.frame().and_then(FrameView::scene_objects);
         let objects = objects.filter(|_| model.settings.layer == Layer::Objects);
         let prepared = self.preparer.get(workspace.surface.as_ref(), objects).cloned();
-        // Another scene's splats may still come.
-        let own = |prepared: &Prepared| prepared.surface.scene == workspace.serial;
-        let Some(prepared) = prepared.filter(own) else {
+        let Some(prepared) = prepared else {
             let words = match workspace.surface {
                 None => {
                     "The surface of the scene is shown here as soon as it is found; until then you can label the frames"
@@ -248,19 +235,6 @@ impl View3d {
             commands.push(Command::SetSpace(space));
         }
         rect
-    }
-
-    fn level(&mut self, workspace: &Workspace) -> Quat {
-        match self.scene {
-            Some((serial, level)) if serial == workspace.serial => level,
-            _ => {
-                self.forget();
-                self.was_shown = true;
-                let level = level_axes(&workspace.scene);
-                self.scene = Some((workspace.serial, level));
-                level
-            }
-        }
     }
 
     /// The field as seen from here, asked for while the camera rests; `None` until it is ready.

@@ -33,8 +33,6 @@ use crate::view::View;
 /// The surface that labels spread over, with what is known of each of its nodes.
 #[derive(Clone, Debug)]
 pub struct LabelledSurface {
-    /// Serial number of the scene.
-    pub scene: u64,
     /// The surface.
     pub surface: Arc<Surface>,
     /// What is known of its nodes.

@@ -37,13 +37,13 @@ pub(super) fn outline(look: &Look) -> f32 {
 }
 
 /// Small pictures of a frame in these looks, the image alone for layers that need more than a map; `None` where there is
-/// no such frame.
+/// no such frame, or its file cannot be read any more.
 pub fn pictures<const LOOKS: usize>(
     source: &FrameSource,
     looks: [Look; LOOKS],
     size: [usize; 2],
 ) -> Option<[egui::ColorImage; LOOKS]> {
-    let color = source.scene.frames.get(source.frame)?.color();
+    let color = source.scene.frames.get(source.frame)?.pixels().ok()?.color;
     let map = source.map.clone().map(Versioned::new).map(ShownMap::new);
     Some(looks.map(|look| {
         let over = map.as_ref().and_then(|map| map.over(look.layer, &source.palette));

@@ -47,8 +47,8 @@ impl Number {
 /// The lines of the charts.
 #[derive(Clone, Debug, Default)]
 pub struct Charted {
-    /// What they were made from: the scene, the version of its log, the axis, and the largest entropy.
-    from: Option<(u64, u64, Axis, f32)>,
+    /// What they were made from: the version of the log, the axis, and the largest entropy.
+    from: Option<(u64, Axis, f32)>,
     lines: [Vec<PlotPoint>; NUMBERS.len()],
     /// Where strokes were made, over time.
     pub marks: Vec<f64>,
@@ -58,8 +58,8 @@ pub struct Charted {
 impl Charted {
     /// Follows a scene's log, where `most` is the entropy of an even guess among all classes, in nats; costs nothing where
     /// nothing has changed.
-    pub fn follow(&mut self, scene: u64, log: &ProgressLog, axis: Axis, most: f32) {
-        let from = Some((scene, log.version, axis, most));
+    pub fn follow(&mut self, log: &ProgressLog, axis: Axis, most: f32) {
+        let from = Some((log.version, axis, most));
         if self.from == from {
             return;
         }
@@ -135,13 +135,13 @@ mod tests {
             log.note(start + Duration::from_secs(seconds), strokes, accuracy, &status);
         }
         let mut charted = Charted::default();
-        charted.follow(1, &log, Axis::Time, 2.0);
+        charted.follow(&log, Axis::Time, 2.0);
         let minutes = |number: Number| -> Vec<f64> { charted.line(number).iter().map(|p| p.x).collect() };
         assert_eq!(minutes(Number::Unsure), [0.0, 1.0, 2.0, 3.0]);
         assert_eq!(minutes(Number::Accuracy), [2.0, 3.0]);
         assert!(charted.line(Number::Psnr).is_empty());
         assert_eq!(charted.marks, [0.0, 2.0]);
-        charted.follow(1, &log, Axis::Strokes, 2.0);
+        charted.follow(&log, Axis::Strokes, 2.0);
         let points: Vec<f64> = charted.line(Number::Unsure).iter().map(|p| p.x).collect();
         assert_eq!(points, [1.0, 2.0]);
         let last = charted.line(Number::Unsure)[1].y;

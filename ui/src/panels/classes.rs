@@ -27,8 +27,8 @@ const SEARCH_FROM: usize = 10;
 pub struct ClassPanel {
     new_name: String,
     search: String,
-    /// What is being renamed, in the scene with this serial number, and the name so far.
-    renaming: Option<((u64, Named), String)>,
+    /// What is being renamed, and the name so far.
+    renaming: Option<(Named, String)>,
     /// The class that was chosen when the list was drawn last, to bring another one into view.
     chosen: Option<ClassId>,
 }
@@ -151,8 +151,7 @@ impl ClassPanel {
             Some(own) => objects::row(workspace, class, own),
         };
         ui.push_id(row.named, |ui| {
-            let renamed = (workspace.serial, row.named);
-            if let Some(name) = self.rename_field(ui, renamed, row.name) {
+            if let Some(name) = self.rename_field(ui, row.named, row.name) {
                 commands.extend(name.map(|name| Command::Rename(row.named, name)));
                 return;
             }
@@ -182,13 +181,13 @@ impl ClassPanel {
                 // Refused with the reason.
                 commands.push(Command::Rename(row.named, row.name.to_owned()));
             } else if rename {
-                self.renaming = Some((renamed, row.name.to_owned()));
+                self.renaming = Some((row.named, row.name.to_owned()));
             }
         });
     }
 
     /// A text field in place of the line, if that is being renamed; with its new name, once it has one.
-    fn rename_field(&mut self, ui: &mut Ui, of: (u64, Named), before: &str) -> Option<Option<String>> {
+    fn rename_field(&mut self, ui: &mut Ui, of: Named, before: &str) -> Option<Option<String>> {
         let (_, name) = self.renaming.as_mut().filter(|(renamed, _)| *renamed == of)?;
         let field = egui::TextEdit::singleline(name)
             .margin(vec2(8.0, 6.0))

@@ -32,7 +32,6 @@ const INSET: f32 = 2.0;
 /// The filmstrip with its thumbnails.
 pub struct Filmstrip {
     thumbnails: Thumbnails,
-    scene: u64,
     /// The frame that was scrolled to last.
     followed: Option<usize>,
     filters: FrameFilterRow,
@@ -43,18 +42,13 @@ impl Filmstrip {
     pub fn new(thumbnails: Thumbnails) -> Self {
         Self {
             thumbnails,
-            scene: 0,
             followed: None,
             filters: FrameFilterRow::default(),
         }
     }
 
     pub fn show(&mut self, ui: &mut Ui, model: &Model, workspace: &Workspace, commands: &mut Commands) {
-        if self.scene != workspace.serial {
-            self.scene = workspace.serial;
-            self.followed = None;
-        }
-        self.thumbnails.collect(workspace.serial);
+        self.thumbnails.collect();
         self.filters.show(ui, workspace, commands);
         let list = &workspace.overview.frames;
         let frames = &list.shown;

@@ -18,25 +18,18 @@ const INSET: f32 = 12.0;
 /// On a smaller canvas a callout would be in the way.
 const LEAST_CANVAS: egui::Vec2 = vec2(320.0, 200.0);
 
-/// Which hint was shown last, in the scene with this serial number.
+/// Which hint was shown last.
 #[derive(Debug, Default)]
 pub struct Hints {
-    shown: Option<(u64, Hint)>,
+    shown: Option<Hint>,
 }
 
 impl Hints {
     /// Remembers a hint that was shown and then followed; whoever goes through the suggestions need not be told of them.
     pub fn update(&mut self, model: &Model, workspace: &Workspace, commands: &mut Commands) {
         let mut seen = |hint| commands.push(Command::Prefer(PreferenceChange::HintSeen(hint)));
-        if let Some((scene, hint)) = self.shown {
-            let same = scene == workspace.serial;
-            let followed = !hint.applies(model, workspace);
-            if same && followed {
-                seen(hint);
-            }
-            if !same || followed {
-                self.shown = None;
-            }
+        if let Some(followed) = self.shown.take_if(|hint| !hint.applies(model, workspace)) {
+            seen(followed);
         }
         let told = model.preferences.hints_seen.contains(&Hint::Suggestions);
         if workspace.suggestions().is_active() && !told {
@@ -51,7 +44,7 @@ impl Hints {
         let Some(hint) = hint.filter(|_| !workspace.suggestions().is_active()) else {
             return;
         };
-        self.shown = Some((workspace.serial, hint));
+        self.shown = Some(hint);
         let accent = Stroke::new(1.0, theme::of(ui.visuals()).accent);
         card(ui).stroke(accent).show(ui, |ui| {
             ui.set_width(ui.available_width());
@@ -80,7 +73,7 @@ impl Hints {
         if model.dialog.is_some() || !room {
             return;
         }
-        self.shown = hint.map(|hint| (workspace.serial, hint)).or(self.shown);
+        self.shown = hint.or(self.shown);
         Area::new(Id::unique("callout"))
             .order(Order::Middle)
             .pivot(Align2::CENTER_TOP)

@@ -74,7 +74,7 @@ impl ProgressPanel {
             }
         });
         let most = workspace.document.palette().most_entropy();
-        self.charted.follow(workspace.serial, log, self.axis, most);
+        self.charted.follow(log, self.axis, most);
         let shown: Vec<Number> = NUMBERS
             .into_iter()
             .filter(|&number| !self.charted.line(number).is_empty())

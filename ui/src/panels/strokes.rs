@@ -47,15 +47,15 @@ struct Filter {
 #[derive(Debug, Default)]
 struct Rows {
     ids: Vec<StrokeId>,
-    /// Scene, generation and frame, if that matters.
-    made_of: Option<(u64, u64, Option<usize>, Filter)>,
+    /// Generation, and frame if that matters.
+    made_of: Option<(u64, Option<usize>, Filter)>,
 }
 
 impl Rows {
     fn update(&mut self, workspace: &Workspace, filter: &Filter) {
         let frame = filter.this_frame.then_some(workspace.frame_index);
         let generation = workspace.document.generation();
-        let made_of = Some((workspace.serial, generation, frame, filter.clone()));
+        let made_of = Some((generation, frame, filter.clone()));
         if self.made_of != made_of {
             self.ids = found(workspace, filter, frame);
             self.made_of = made_of;

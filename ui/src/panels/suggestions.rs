@@ -46,7 +46,7 @@ impl SuggestionPanel {
     }
 
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
-        self.thumbnails.collect(workspace.serial);
+        self.thumbnails.collect();
         let hovered = ui.rect_contains_pointer(ui.max_rect());
         if hovered != workspace.suggestions().held {
             commands.push(Command::HoldSuggestions(hovered));

@@ -47,7 +47,6 @@ impl View3d {
             .options(|options| options.input_options.max_double_click_delay);
         let slack = SLACK / sight.focal;
         let ask = |ray, slack, purpose| Question {
-            serial: workspace.serial,
             scene: Arc::clone(&workspace.scene),
             cloud: Arc::clone(&prepared.cloud),
             ray,
@@ -118,9 +117,6 @@ impl View3d {
         commands: &mut Commands,
     ) {
         while let Some(picked) = self.picker.next() {
-            if picked.scene != workspace.serial {
-                continue;
-            }
             match (picked.purpose, picked.hit) {
                 (Purpose::Pivot, Some(hit)) => {
                     self.turn_to(ui, camera, hit.position, now);

@@ -176,23 +176,15 @@ impl Preparer {
     }
 
     /// The newest that is ready; asks for this surface if it has not been asked for. With objects it is the surface that
-    /// they were found on. Keeps nothing without one.
+    /// they were found on.
     pub fn get(
         &mut self,
         surface: Option<&LabelledSurface>,
         objects: Option<&Arc<SceneObjects>>,
     ) -> Option<&Prepared> {
-        let made = self.thread.newest();
-        let Some(surface) = surface else {
-            self.asked = None;
-            self.newest = None;
-            return None;
-        };
-        if made.is_some() {
-            self.newest = made;
-        }
+        let surface = surface?;
+        self.newest = self.thread.newest().or(self.newest.take());
         let own = |objects: &Arc<SceneObjects>| LabelledSurface {
-            scene: surface.scene,
             surface: Arc::clone(&objects.surface),
             posterior: Arc::clone(&objects.posterior),
         };
@@ -290,7 +282,6 @@ pub(super) mod tests {
         let mut preparer = Preparer::new(egui::Context::default());
         let surface = floor(5);
         let labelled = |class: u16| LabelledSurface {
-            scene: 1,
             surface: Arc::clone(&surface),
             posterior: Arc::new(Posterior {
                 labels: vec![class; 26],

@@ -42,8 +42,6 @@ pub struct Hit {
 /// The answer to a question.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picked {
-    /// Tells scenes apart.
-    pub scene: u64,
     /// Why it was asked.
     pub purpose: Purpose,
     /// What lies there; `None` where there is nothing.
@@ -52,8 +50,6 @@ pub struct Picked {
 
 /// What is looked for, and among what.
 pub struct Question {
-    /// Tells scenes apart.
-    pub serial: u64,
     pub scene: Arc<Scene>,
     /// What is drawn.
     pub cloud: Arc<Cloud>,
@@ -78,7 +74,6 @@ impl Question {
             },
         });
         Picked {
-            scene: self.serial,
             purpose: self.purpose,
             hit,
         }

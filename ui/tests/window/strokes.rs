@@ -263,6 +263,18 @@ fn the_list_is_filtered_goes_to_strokes_changes_and_deletes_them() {
 }
 
 #[test]
+fn in_another_scene_the_list_has_all_strokes_whatever_was_looked_for_before() {
+    let mut window = opened([Stroke::click(0, 1, [5, 5]), Stroke::click(2, 2, [6, 6])]);
+    let row = "wall, click, 1 pixel, frame rgb_0";
+    window.pick("Strokes of class", "floor");
+    window.misses(row);
+    let path = window.model().project.as_ref().unwrap().path.clone();
+    window.act(Command::Open(Target::Project(path)));
+    window.until_open();
+    window.sees(row);
+}
+
+#[test]
 fn strokes_say_a_new_object_after_its_key_until_a_class_is_chosen() {
     let mut window = Window::with_classes(&["chair", "floor"]);
     window.key(Key::O);

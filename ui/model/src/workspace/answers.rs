@@ -74,7 +74,6 @@ impl Workspace {
         if let Some((surface, posterior)) = map.surface() {
             self.surface_generation = map.generation;
             self.surface = Some(LabelledSurface {
-                scene: self.serial,
                 surface: Arc::clone(surface),
                 posterior: Arc::clone(posterior),
             });

@@ -36,11 +36,7 @@ fn draw(above: bool, budget: usize, moving: bool) -> Draw {
         prepared: Prepared {
             cloud,
             values,
-            surface: LabelledSurface {
-                scene: 1,
-                surface,
-                posterior,
-            },
+            surface: LabelledSurface { surface, posterior },
             objects: None,
         },
         sight: Sight::new(
