@@ -141,6 +141,9 @@ fn label_images_are_imported_undone_removed_and_kept_in_the_project() {
         window.type_into("Folder of label images", images.to_str().unwrap());
         window.until_window("the images are imported", |window| imported(window).is_some());
         window.sees("class 7, 0 strokes");
+        window.click("Actions for class 7");
+        window.sees("Delete with its labels");
+        window.key(Key::Escape);
         assert!(window.worker().told_labels().unwrap().0.imported.is_some());
         window.press(Modifiers::COMMAND, Key::Z);
         assert!(imported(&window).is_none());

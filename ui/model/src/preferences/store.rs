@@ -26,16 +26,10 @@ enum StoreError {
     #[error("{}: your preferences cannot be read ({}); the window starts as it comes.", .0.display(), .1)]
     Unreadable(PathBuf, io::Error),
     #[error(
-        "{}: your preferences are damaged and were set aside as {}; the window starts as it comes.",
-        .0.display(), .1.display()
+        "{}: your preferences {} and were set aside as {}; the window starts as it comes.",
+        .0.display(), .1, .2.display()
     )]
-    Damaged(PathBuf, PathBuf),
-    #[error(
-        "{}: your preferences were written by a newer Inplace and were set aside as {}; update Inplace and put them \
-         back to have them again.",
-        .0.display(), .1.display()
-    )]
-    Newer(PathBuf, PathBuf),
+    SetAside(PathBuf, String, PathBuf),
     #[error("{}: your preferences cannot be written ({}); they hold until the window is closed.", .0.display(), .1)]
     Unwritable(PathBuf, io::Error),
 }
@@ -56,8 +50,8 @@ impl Store {
     /// Reads the file and starts the thread that writes it. It waits for the disk: call it before the
     /// window is there.
     ///
-    /// A file that cannot be understood is set aside, a missing one means the preferences as they come;
-    /// what went wrong is told by [`Store::problem`].
+    /// A file that cannot be read or understood is set aside, a missing one means the preferences as they
+    /// come; what went wrong is told by [`Store::problem`].
     pub fn open(path: PathBuf) -> Self {
         let (problem_sender, problems) = unbounded();
         let json = read(&path).unwrap_or_else(|problem| {
@@ -127,25 +121,28 @@ fn read(path: &Path) -> Result<Map<String, Value>, StoreError> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Map::new()),
-        Err(error) => return Err(StoreError::Unreadable(path.to_path_buf(), error)),
+        Err(error) => return Err(set_aside(path, format!("cannot be read ({error})"))),
     };
     let Ok(Value::Object(json)) = serde_json::from_slice(&bytes) else {
-        return Err(StoreError::Damaged(path.to_path_buf(), set_aside(path)?));
+        return Err(set_aside(path, "are damaged".to_owned()));
     };
     if json
         .get("version")
         .and_then(Value::as_u64)
         .is_some_and(|version| version > VERSION)
     {
-        return Err(StoreError::Newer(path.to_path_buf(), set_aside(path)?));
+        return Err(set_aside(path, "need a newer Inplace".to_owned()));
     }
     Ok(json)
 }
 
-fn set_aside(path: &Path) -> Result<PathBuf, StoreError> {
+/// Puts a file of which this has to be said out of the way of the next change; returns the sentence.
+fn set_aside(path: &Path, what: String) -> StoreError {
     let aside = path.with_extension("set-aside.json");
-    fs::rename(path, &aside).map_err(|error| StoreError::Unreadable(path.to_path_buf(), error))?;
-    Ok(aside)
+    match fs::rename(path, &aside) {
+        Ok(()) => StoreError::SetAside(path.to_path_buf(), what, aside),
+        Err(error) => StoreError::Unreadable(path.to_path_buf(), error),
+    }
 }
 
 /// The writer's work, until nobody is left to change anything.
@@ -235,6 +232,19 @@ mod tests {
             let aside = path.with_extension("set-aside.json");
             assert_eq!(fs::read_to_string(aside).unwrap(), text);
         }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_kept_beside_what_is_written_next() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("preferences.json");
+        fs::create_dir(&path).unwrap();
+        let mut store = Store::open(path.clone());
+        let problem = store.problem().unwrap();
+        assert!(problem.contains("cannot be read"), "{problem}");
+        store.keep(&changed(&store, PreferenceChange::Scale(150)));
+        store.finish();
+        assert!(path.is_file() && path.with_extension("set-aside.json").is_dir());
     }
 
     #[test]

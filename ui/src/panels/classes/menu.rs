@@ -86,6 +86,8 @@ pub(super) fn of_class(
     lock_and_hide_entries(&mut menu, row);
     menu.ui.separator();
     let delete = match workspace.document.strokes_of_class(class.id) {
+        // Imported pixels may say it, too, and are too many to be counted here.
+        _ if workspace.document.labels().imported.is_some() => "Delete with its labels".to_owned(),
         0 => "Delete".to_owned(),
         1 => "Delete with its stroke".to_owned(),
         many => format!("Delete with its {many} strokes"),
