@@ -96,8 +96,8 @@ impl Journal {
     }
 
     /// Saves under another name and goes on in that file; `remove_old` is for work that had no name yet
-    /// ([`autosave_path`](super::autosave_path)). Answered by [`JournalEvent::Saved`] or
-    /// [`JournalEvent::NotSavedAs`].
+    /// ([`autosave_path`](super::autosave_path)): of several requests, the first that succeeds heeds it. Answered by
+    /// [`JournalEvent::Saved`] or [`JournalEvent::NotSavedAs`].
     pub fn save_as(&self, path: PathBuf, remove_old: bool) {
         self.send(Message::SaveAs(SaveAs { path, remove_old }));
     }

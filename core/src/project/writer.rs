@@ -76,6 +76,8 @@ pub(super) struct Writer {
     /// Whether the file has to be written anew from `history`, and how much of it is outdated.
     rewrite: Pending,
     save_as: VecDeque<SaveAs>,
+    /// Whether the file was saved under another name than its first one.
+    renamed: bool,
     view: Option<String>,
     view_waits: bool,
     model: Option<Arc<ModelState>>,
@@ -104,6 +106,7 @@ impl Writer {
             written: position(&contents.history),
             rewrite: contents.pending,
             save_as: VecDeque::new(),
+            renamed: false,
             view: contents.view.clone(),
             view_waits: false,
             model: None,
@@ -312,12 +315,13 @@ impl Writer {
                     let is_own = self.project.ensure_in_place().is_ok();
                     let old_path = std::mem::replace(&mut self.project, copy).path;
                     self.backups.restart();
-                    if request.remove_old && is_own {
+                    if request.remove_old && is_own && !self.renamed {
                         // Files that cannot be removed only take space.
                         let _ = fs::remove_dir_all(backups_folder(&old_path));
                         let _ = fs::remove_file(old_path);
                     }
                 }
+                self.renamed = true;
                 self.failing = None;
                 self.everything_is_written();
                 let path = request.path.clone();

@@ -19,8 +19,6 @@ pub struct ProjectSession {
     /// Whether the person has chosen a name.
     pub named: bool,
     failing: bool,
-    /// Whether the person has chosen a file, though it may not be written yet.
-    chosen: bool,
     /// Whether the person knows that closing loses labels.
     pub(crate) told_of_loss: bool,
     /// Without a journal: the attempt to make a file that the work goes on in, and the steps since that began.
@@ -60,7 +58,6 @@ impl ProjectSession {
             path,
             named,
             failing: false,
-            chosen: named,
             told_of_loss: false,
             attempt: 0,
             unrecorded: Vec::new(),
@@ -101,11 +98,9 @@ impl ProjectSession {
     }
 
     /// Goes on in another file, where there is a journal that can.
-    pub fn save_to(&mut self, path: PathBuf) {
+    pub fn save_to(&self, path: PathBuf) {
         if let Some(journal) = &self.journal {
-            // The file without a name goes, and none that was chosen a moment ago.
-            let is_chosen = std::mem::replace(&mut self.chosen, true);
-            journal.save_as(path, !is_chosen);
+            journal.save_as(path, !self.named);
         }
     }
 
@@ -126,8 +121,7 @@ impl ProjectSession {
                 self.failing = true;
                 self.told_of_loss = false;
             }
-            JournalEvent::NotSavedAs(_) => self.chosen = self.named,
-            JournalEvent::Problem(_) => {}
+            JournalEvent::NotSavedAs(_) | JournalEvent::Problem(_) => {}
             JournalEvent::Recovered { .. } => self.failing = false,
         }
     }

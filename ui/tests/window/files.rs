@@ -3,6 +3,7 @@
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
+use inplace_model::Command;
 use inplace_model::dialogs::Dialog;
 use inplace_ui::Target;
 
@@ -25,6 +26,22 @@ fn work_that_was_never_saved_is_recovered_and_a_saved_project_opens_again_with_s
     let window = Window::opened(folder.path(), Target::Path(file));
     window.sees("wall, 1 stroke");
     assert_eq!(window.frame().map().unwrap().map.labels()[0], 1);
+}
+
+#[test]
+fn the_file_without_a_name_goes_as_soon_as_a_name_can_be_had() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::with_demo(folder.path());
+    window.label("wall");
+    for name in ["no/such/folder.inplace", "room.inplace"] {
+        // Both before anything is answered.
+        let save = Command::SaveTo(folder.path().join(name));
+        window.harness.state_mut().update(save);
+    }
+    window.until("the project is saved", |app| {
+        app.model().project.as_ref().is_some_and(|project| project.named)
+    });
+    assert!(!folder.path().join("autosave.inplace").exists());
 }
 
 #[test]

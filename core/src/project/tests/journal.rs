@@ -102,6 +102,20 @@ fn work_without_a_name_goes_on_in_the_new_file_and_leaves_nothing_behind() {
 }
 
 #[test]
+fn of_files_that_are_saved_one_after_the_other_only_the_one_without_a_name_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let (journal, history) = start(&path("auto.inplace"));
+    for name in ["no/such/folder.inplace", "first.inplace", "last.inplace"] {
+        journal.save_as(path(name), true);
+    }
+    journal.close().unwrap();
+    let left = ["auto.inplace", "first.inplace", "last.inplace"].map(|name| path(name).exists());
+    assert_eq!(left, [false, true, true]);
+    assert_saved(&path("last.inplace"), &history);
+}
+
+#[test]
 fn a_changed_scene_is_written_before_anything_else() {
     let (folder, path) = place();
     let (journal, _) = start(&path);
