@@ -255,6 +255,7 @@ impl Command {
                 | Self::ToggleCompare
                 | Self::TogglePause
                 | Self::SwitchSide
+                | Self::ChooseSlot(_)
                 | Self::LabelOutlined
                 | Self::AnswerLikely(_)
                 | Self::AnswerNew
