@@ -10,16 +10,15 @@ use serde_json::{Map, Value};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key(&'static str);
 
-/// The names of all keys.
+/// The names of all keys but those that are held beside others.
 const KEYS: &str = "\
     Down Left Right Up Escape Tab Backspace Enter Space Insert Delete Home End PageUp PageDown Copy Cut Paste \
     : , - . + = ; [ ] { } ` \\ / | ? ! Quote 0 1 2 3 4 5 6 7 8 9 A B C D E F G H I J K L M N O P Q R S T U V W \
     X Y Z F1 F2 F3 F4 F5 F6 F7 F8 F9 F10 F11 F12 F13 F14 F15 F16 F17 F18 F19 F20 F21 F22 F23 F24 F25 F26 F27 \
     F28 F29 F30 F31 F32 F33 F34 F35 BrowserBack BrowserForward BrowserRefresh BrowserSearch BrowserHome \
     BrowserFavorites BrowserStop MediaPlayPause MediaTrackNext MediaTrackPrevious MediaStop AudioVolumeMute \
-    AudioVolumeDown AudioVolumeUp LaunchMail LaunchApp1 LaunchApp2 ShiftLeft ShiftRight ControlLeft \
-    ControlRight AltLeft AltRight SuperLeft SuperRight IntlBackslash CapsLock NumLock ScrollLock PrintScreen \
-    Pause Menu Fn Eject Help Power Sleep Clear";
+    AudioVolumeDown AudioVolumeUp LaunchMail LaunchApp1 LaunchApp2 IntlBackslash CapsLock NumLock ScrollLock \
+    PrintScreen Pause Menu Fn Eject Help Power Sleep Clear";
 
 impl Key {
     /// The key with this name, if there is one.

@@ -71,6 +71,7 @@ fn a_key_can_be_changed_and_help_shows_the_new_one() {
     let mut window = Window::with_demo(folder.path());
     window.press(Modifiers::COMMAND, Key::Comma);
     window.choose("Pause or resume training: P");
+    window.key(Key::ControlLeft);
     window.key(Key::K);
     window.sees("Pause or resume training: K");
     window.choose("Close");
