@@ -72,6 +72,8 @@ pub struct View3d {
     last_sight: Option<Sight>,
     moved_at: f64,
     click: Option<Click>,
+    /// Whether the finger that presses is one of two: lifting it is no click.
+    pinched: bool,
     /// Where a click waits for its answer.
     asked: Option<Pos2>,
     told: Option<Told>,
@@ -97,6 +99,7 @@ impl View3d {
             last_sight: None,
             moved_at: f64::NEG_INFINITY,
             click: None,
+            pinched: false,
             asked: None,
             told: None,
             object_colors: EntryColors::default(),

@@ -76,7 +76,7 @@ impl View3d {
             if response.double_clicked_by(PointerButton::Primary) {
                 self.click = None;
                 self.picker.ask(ask(sight.ray(position), slack, Purpose::Pivot));
-            } else if response.clicked_by(PointerButton::Primary) {
+            } else if response.clicked_by(PointerButton::Primary) && !self.pinched {
                 if let Some(mark) = pointed {
                     let (frame, pixel) = match mark {
                         Mark::Frame(frame) => (frame, None),

@@ -140,6 +140,7 @@ impl View3d {
         // Of two fingers, the first moves the scene.
         let (space, pinch) = ui.input(|input| (input.key_down(Key::Space), input.multi_touch().is_some()));
         let panning = has_keys && space || pinch;
+        self.pinched = pinch || self.pinched && !ui.input(|input| input.pointer.any_pressed());
         let drag = response.drag_delta();
         if response.dragged_by(PointerButton::Middle)
             || panning && response.dragged_by(PointerButton::Primary)

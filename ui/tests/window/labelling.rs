@@ -1,6 +1,6 @@
 //! Drawing on frames and what the worker answers.
 
-use egui::{Event as Input, Key, PointerButton, TouchDeviceId, TouchId, TouchPhase};
+use egui::{Key, PointerButton};
 use inplace_core::session::{Event, Phase, Status};
 use inplace_model::view::View;
 
@@ -35,33 +35,14 @@ fn what_is_typed_is_a_class_and_a_scribble_a_stroke_for_the_worker_until_the_rig
 #[test]
 fn two_fingers_zoom_and_draw_nothing() {
     let mut window = Window::with_classes(&["wall"]);
-    let touch = |id, phase, pos| Input::Touch {
-        device_id: TouchDeviceId(0),
-        id: TouchId(id),
-        phase,
-        pos,
-        force: None,
-    };
-    let [first, second, apart] = [-20.0, 20.0, 60.0].map(|x| window.canvas(x, 0.0));
-    let [pressed, released] = [true, false].map(|pressed| button(first, pressed));
-    let mut zooms = Vec::new();
-    for events in [
-        vec![
-            touch(0, TouchPhase::Start, first),
-            Input::PointerMoved(first),
-            pressed,
-        ],
-        vec![touch(1, TouchPhase::Start, second)],
-        vec![touch(1, TouchPhase::Move, apart)],
-        vec![touch(1, TouchPhase::End, apart)],
-        vec![touch(0, TouchPhase::End, first), released],
-    ] {
-        window.harness.input_mut().events.extend(events);
-        window.harness.run_steps(2);
-        if let View::Free { zoom, .. } = window.workspace().view {
-            zooms.push(zoom);
+    let place = window.canvas(-40.0, 0.0);
+    let zooms = [(), ()].map(|()| {
+        window.pinch(place);
+        match window.workspace().view {
+            View::Free { zoom, .. } => zoom,
+            view => panic!("{view:?}"),
         }
-    }
+    });
     assert!((zooms[1] / zooms[0] - 2.0).abs() < 1e-3, "{zooms:?}");
     assert_eq!(window.strokes(), 0);
 }

@@ -171,6 +171,17 @@ fn drags_and_arrows_turn_the_view_fitting_keeps_its_side_and_the_camera_flies_to
 }
 
 #[test]
+fn what_two_fingers_touch_is_not_labelled() {
+    let mut window = shown();
+    window.add_class("wall");
+    let place = middle(&window);
+    window.pinch(place);
+    window.drag(PointerButton::Primary, &[place]);
+    window.until_window("the wall is labelled", |window| window.strokes() > 0);
+    assert_eq!(window.strokes(), 1);
+}
+
+#[test]
 fn a_double_click_turns_around_that_place_and_labels_nothing() {
     let mut window = shown();
     window.add_class("wall");

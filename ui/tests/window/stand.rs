@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use egui::accesskit::Role;
-use egui::{Key, Modifiers, PointerButton, Pos2, Rect, vec2};
+use egui::{Key, Modifiers, PointerButton, Pos2, Rect, TouchDeviceId, TouchId, TouchPhase, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::{LabelSet, ObjectId, Pixel, StrokeId};
@@ -535,6 +535,36 @@ impl Window {
             generation,
             suggestions,
         });
+    }
+
+    /// Touches this place with one finger, and beside it with another one that moves twice as far away.
+    pub fn pinch(&mut self, place: Pos2) {
+        self.hover(place);
+        let touch = |id, phase, x| egui::Event::Touch {
+            device_id: TouchDeviceId(0),
+            id: TouchId(id),
+            phase,
+            pos: place + vec2(x, 0.0),
+            force: None,
+        };
+        // As quick as a click.
+        for events in [
+            vec![
+                touch(0, TouchPhase::Start, 0.0),
+                button(place, true),
+                touch(1, TouchPhase::Start, 40.0),
+            ],
+            vec![touch(1, TouchPhase::Move, 80.0)],
+            vec![
+                touch(1, TouchPhase::End, 80.0),
+                touch(0, TouchPhase::End, 0.0),
+                button(place, false),
+            ],
+        ] {
+            self.harness.input_mut().events.extend(events);
+            self.harness.step();
+        }
+        self.harness.run_steps(3);
     }
 
     pub fn drag(&mut self, button: PointerButton, positions: &[Pos2]) {
