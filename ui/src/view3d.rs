@@ -138,8 +138,7 @@ impl View3d {
         let level = *self.level.get_or_insert_with(|| level_axes(&workspace.scene));
         let objects = canvas.frame().and_then(FrameView::scene_objects);
         let objects = objects.filter(|_| model.settings.layer == Layer::Objects);
-        let prepared = self.preparer.get(workspace.surface.as_ref(), objects).cloned();
-        let Some(prepared) = prepared else {
+        let Some(prepared) = self.preparer.get(workspace.surface.as_ref(), objects).cloned() else {
             let words = match workspace.surface {
                 None => {
                     "The surface of the scene is shown here as soon as it is found; until then you can label the frames"
