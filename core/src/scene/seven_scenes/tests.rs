@@ -99,5 +99,8 @@ fn a_capture_whose_depth_images_are_all_empty_is_one_without_depth() {
     let scene = open(&folder).unwrap();
     assert!(!scene.has_depth());
     let warnings = &scene.warnings;
-    assert!(warnings.len() == 1 && warnings[0].contains("all empty"), "{warnings:?}");
+    assert!(
+        warnings.len() == 1 && warnings[0].contains("all empty"),
+        "{warnings:?}"
+    );
 }
