@@ -39,7 +39,9 @@ struct StrokeRecord {
 /// An unreadable file, a class that is listed twice or not at all, an unknown frame, a point outside
 /// the image: a sentence that names it.
 pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError> {
-    let text = std::fs::read_to_string(path).map_err(|error| format!("cannot be read: {error}"));
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        format!("cannot be read ({error}); check that it is there and is text that you may read")
+    });
     text.and_then(|text| parse_strokes(&text, scene))
         .map_err(|problem| StrokesError(path.to_path_buf(), problem))
 }

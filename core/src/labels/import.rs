@@ -186,6 +186,11 @@ pub fn label_image_files(folder: &Path) -> Result<Vec<PathBuf>, ImportError> {
     Ok(images.flatten().chain(classes).chain(files.list).collect())
 }
 
+/// Why a file or folder is of no use, and what to do: part of a sentence.
+fn unreadable(error: std::io::Error) -> String {
+    format!("cannot be read ({error}); check that it is there and that you may read it")
+}
+
 /// The file of a frame among those that are named like it.
 fn the_only(mut paths: Vec<PathBuf>) -> Result<PathBuf, ImportError> {
     let path = paths.swap_remove(0);
@@ -263,7 +268,7 @@ struct FrameFiles {
 }
 
 fn label_files(folder: &Path) -> Result<LabelFiles, ImportError> {
-    let unreadable = |error: std::io::Error| ImportError::new(folder, format!("cannot be read: {error}"));
+    let unreadable = |error| ImportError::new(folder, unreadable(error));
     let mut files = LabelFiles::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
@@ -399,7 +404,7 @@ fn image(
     frame: &Frame,
     read: impl FnOnce(&LabelImage) -> Result<Vec<u16>, String>,
 ) -> Result<([u32; 2], Vec<u16>), ImportError> {
-    let bytes = fs::read(path).map_err(|error| ImportError::new(path, format!("cannot be read: {error}")))?;
+    let bytes = fs::read(path).map_err(|error| ImportError::new(path, unreadable(error)))?;
     let image = LabelImage::decode(&bytes).map_err(|error| ImportError::new(path, error))?;
     let size = [frame.image().width, frame.image().height];
     if !has_proportions(image.size, size) {

@@ -92,6 +92,8 @@ pub(super) fn read_json<T: DeserializeOwned>(path: &Path, expected: &str) -> Res
 /// A capture's own clicks, beside its images, and the folder of label images that were made by hand and only measure.
 const CLICKS: &str = "clicks.json";
 const BY_HAND: &str = "hand_labels";
+/// What to do without label images.
+const OTHER: &str = "measure on a capture that has them";
 /// The file that lists a capture's classes.
 const CLASSES: &str = "classes.json";
 
@@ -118,7 +120,7 @@ impl SceneTruth {
     pub fn read(scene: &Scene) -> Result<Self, Failure> {
         let truth = Self::read_or_clicks(scene)?;
         if truth.train.is_empty() {
-            return Err(without(scene, "train"));
+            return Err(without(scene, "train", OTHER));
         }
         Ok(truth)
     }
@@ -173,14 +175,14 @@ impl SceneTruth {
             }
         };
         if truth.test.is_empty() {
-            return Err(without(scene, "test"));
+            return Err(without(scene, "test", OTHER));
         }
         if truth.train.is_empty()
             && let SceneSource::Folder(folder) = &scene.source
         {
             let path = folder.join(CLICKS);
             if !path.is_file() {
-                return Err(without(scene, "train"));
+                return Err(without(scene, "train", &format!("add {CLICKS}, or {OTHER}")));
             }
             let labels = read_strokes(&path, scene)?;
             let strokes = labels.strokes.into_values();
@@ -275,12 +277,14 @@ impl SceneTruth {
     }
 }
 
-/// Some frames of the split have no truth.
-fn without(scene: &Scene, of: &str) -> Failure {
-    let reason = format!(
-        "none of the \"{of}\" frames of split.json has a label image in semantic_class; measure on a capture that has them"
-    );
-    unusable_scene(scene, reason)
+/// None of the frames to train or to test on has a label image; `remedy` says what to do.
+fn without(scene: &Scene, of: &str, remedy: &str) -> Failure {
+    let is_by_hand = matches!(&scene.source, SceneSource::Folder(folder) if folder.join(BY_HAND).is_dir());
+    let missing = match is_by_hand {
+        true => format!("no frame has a label image in {BY_HAND} to {of} on"),
+        false => format!("none of the \"{of}\" frames of split.json has a label image in semantic_class"),
+    };
+    unusable_scene(scene, format!("{missing}; {remedy}"))
 }
 
 /// A label map of a frame in the pixels of its image on disk.
@@ -318,7 +322,12 @@ mod tests {
         }
         let error = read().unwrap_err().to_string();
         assert!(error.contains("\"train\"") && error.contains("wall"), "{error}");
-        fs::remove_dir_all(folder.join("semantic_class")).unwrap();
+        let by_hand = folder.join(BY_HAND);
+        fs::rename(folder.join("semantic_class"), &by_hand).unwrap();
+        let error = read().unwrap_err().to_string();
+        let told = "no frame has a label image in hand_labels to train on; add clicks.json";
+        assert!(error.contains(told), "{error}");
+        fs::remove_dir_all(by_hand).unwrap();
         let error = read().unwrap_err().to_string();
         assert!(error.contains("no ground truth"), "{error}");
     }

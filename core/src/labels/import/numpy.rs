@@ -7,6 +7,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::unreadable;
 use crate::scene::in_one_line;
 
 /// The longest header that is read, in bytes; NumPy's own limit is 10,000.
@@ -119,10 +120,6 @@ pub(super) fn read<T>(
     }
 }
 
-fn unreadable(error: std::io::Error) -> String {
-    format!("cannot be read: {error}")
-}
-
 fn read_array<T>(
     mut file: impl Read,
     accept: impl FnOnce(&Header) -> Result<T, String>,
@@ -133,7 +130,8 @@ fn read_array<T>(
     // No more is set aside than there is: the header of a damaged file may say anything.
     let mut bytes = Vec::new();
     let mut within = file.take(length as u64 + 1);
-    within.read_to_end(&mut bytes).map_err(unreadable)?;
+    let read = within.read_to_end(&mut bytes);
+    read.map_err(|error| format!("cannot be read ({error}); write it anew"))?;
     if bytes.len() != length {
         let than = if bytes.len() < length { "less" } else { "more" };
         return Err(format!(
