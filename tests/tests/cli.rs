@@ -180,6 +180,13 @@ fn label_images_alone_label_every_frame_and_a_stroke_covers_them() {
     let accuracy = matrix.scores().unwrap().total_accuracy;
     assert!(accuracy > 0.8, "{accuracy}");
 
+    // A budget that is over before the images are spread waits for them.
+    let hurried = on_disk.path("hurried");
+    let mut command = label(&on_disk.path("room"), &hurried);
+    succeed(command.arg("--import").arg(&images).args(["--budget", "0.1"]));
+    let (_, _, labels) = class_ids(&hurried.join("labels/rgb_1.png"));
+    assert!(labels.iter().any(|&class| class != VOID));
+
     // The colours that were written are read again by the list beside them, and right under the strokes.
     let colors = out.join("color");
     let import = ["--import", colors.to_str().unwrap(), "--trust", "1"];

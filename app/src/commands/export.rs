@@ -111,7 +111,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let maps = match budget {
             Some(seconds) => {
                 let mut budget = Budget::of(seconds, &scene);
-                let maps = run::maps_within(&mut client, &scene, &mut budget, start)?;
+                let maps = run::maps_within(&mut client, (&scene, labels), &mut budget, start)?;
                 let status = client.status();
                 if status.training_end.is_none() {
                     println!(

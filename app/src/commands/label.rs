@@ -174,7 +174,7 @@ fn label(
     let budget = arguments.budget;
     let mut budget = budget.map(|seconds| Budget::of(seconds, &scene));
     let maps = match &mut budget {
-        Some(budget) => run::maps_within(&mut client, &scene, budget, start)?,
+        Some(budget) => run::maps_within(&mut client, (&scene, &labels), budget, start)?,
         None => run::maps(&mut client)?,
     };
     let final_maps_s = start.elapsed().as_secs_f64();

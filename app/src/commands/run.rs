@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use inplace_core::arguments::TrainingArguments;
+use inplace_core::labels::LabelSet;
 use inplace_core::project::{Contents, ProjectError};
 use inplace_core::scene::{OpenOptions, Scene};
 use inplace_core::semantics::Surface;
@@ -90,13 +91,14 @@ pub(super) fn maps(client: &mut Client) -> Result<Vec<Arc<FrameMap>>, ClientErro
 }
 
 /// Waits until the maps are final, or for as long as the budget allows, and returns them. `start` is when the command
-/// began. Where the budget will hardly be kept, a sentence on stderr says so.
+/// began. Where the budget will hardly be kept, a sentence on stderr says so. Imported images come into the maps later than
+/// strokes; maps without them are none of these labels, however little time is left.
 ///
 /// Where depth was measured there is a surface without training. Training waits for its maps then, because nothing can
 /// be written without them.
 pub(super) fn maps_within(
     client: &mut Client,
-    scene: &Scene,
+    (scene, labels): (&Scene, &LabelSet),
     budget: &mut Budget,
     start: Instant,
 ) -> Result<Vec<Arc<FrameMap>>, ClientError> {
@@ -104,6 +106,10 @@ pub(super) fn maps_within(
     let mut keyframes = scene.frames.iter().filter(|frame| frame.is_keyframe());
     let mut is_waiting = keyframes.any(|frame| frame.depth_coverage().is_some_and(|share| share > 0.0));
     let mut has_maps = false;
+    let all_maps = |client: &Client| {
+        let maps = client.all_maps(GENERATION);
+        maps.filter(|maps| maps.iter().all(|map| map.has_import_of(labels)))
+    };
     if is_waiting {
         client.send(Command::Pause);
     }
@@ -112,7 +118,7 @@ pub(super) fn maps_within(
         let event = client.next(Some(Instant::now() + TICK))?;
         let elapsed = start.elapsed().as_secs_f64();
         let of_all = |event| matches!(event, Event::AllMaps { generation } if generation == GENERATION);
-        if !has_maps && event.is_some_and(of_all) {
+        if !has_maps && event.is_some_and(of_all) && all_maps(client).is_some() {
             has_maps = true;
             if let Some(problem) = budget.problem(opening, elapsed, scene.frames.len()) {
                 eprintln!("inplace: {problem}");
@@ -135,7 +141,7 @@ pub(super) fn maps_within(
         let status = client.status();
         let is_final = status.phase != Phase::Paused && status.is_final(GENERATION);
         if (is_final || elapsed >= budget.write_at())
-            && let Some(maps) = client.all_maps(GENERATION)
+            && let Some(maps) = all_maps(client)
         {
             return Ok(maps);
         }
