@@ -43,7 +43,7 @@ pub use ids::IdMap;
 pub use inputs::{Inputs, digest, finished};
 pub use layout::{LabelledScene, Written};
 pub use memory::{peak_memory, resident_memory, total_memory};
-pub use pngs::PNG_FOLDERS;
+pub use pngs::prepare_pngs;
 pub use report::{PhaseSeconds, Report};
 pub use views::{Views, export_views};
 

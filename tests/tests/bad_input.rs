@@ -75,6 +75,11 @@ fn labels_on_frames_that_the_capture_lacks_are_refused_before_its_images_are_rea
         fs::write(&image, &bytes[..bytes.len() / 2]).unwrap();
     }
     assert_refused(&disk, "images", disk.label(&[]), &["rgb", "10 of 10 images"]);
+    let predictions = disk.path("predictions");
+    fs::create_dir(&predictions).unwrap();
+    fs::write(predictions.join("rgb_3.png"), "no image").unwrap();
+    let import = disk.label(&["--import", predictions.to_str().unwrap()]);
+    assert_refused(&disk, "import", import, &["rgb_3.png", "is no label image"]);
     let mut strokes = Small::get().strokes();
     strokes["strokes"][0]["frame"] = json!("rgb_77");
     disk.write_strokes(&strokes);

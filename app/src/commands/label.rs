@@ -1,16 +1,16 @@
 //! `inplace label`: the main job without the window, through the same session.
 
-use std::fs::File;
 use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
 use std::time::Instant;
 
-use inplace_core::export::{
-    self, Format, Inputs, LabelledScene, Options, PNG_FOLDERS, PhaseSeconds, Report, peak_memory,
+use inplace_core::export::{self, Format, Inputs, LabelledScene, Options, PhaseSeconds, Report, peak_memory};
+use inplace_core::labels::{
+    Class, History, ImportError, LabelImages, LabelSet, Trust, label_image_files, read_label_images,
+    read_strokes,
 };
-use inplace_core::labels::{History, LabelSet, Trust, label_image_files, read_label_images, read_strokes};
 use inplace_core::project::Contents;
-use inplace_core::scene::{OpenOptions, Scene, SceneSource, demo};
+use inplace_core::scene::{Frame, OpenOptions, Scene, SceneSource, demo};
 use inplace_core::semantics::{KnownPart, united};
 use inplace_core::session::{Client, Command, Progress, Saved, SessionOptions};
 use serde_json::json;
@@ -30,14 +30,17 @@ enum Strokes {
 }
 
 impl Strokes {
-    /// Refuses labels on frames that the capture does not list: depth that has to be estimated makes opening it slow.
-    fn check(&self, listed: &Scene) -> Result<(), Failure> {
-        match self {
-            Self::Project(contents) => contents.check(listed)?,
-            Self::File(path) => drop(read_strokes(path, listed)?),
-            Self::Demo | Self::Nothing => {}
-        }
-        Ok(())
+    /// The classes of the labels, which must be on frames that the capture lists.
+    fn classes(&self, listed: &Scene) -> Result<Vec<Class>, Failure> {
+        Ok(match self {
+            Self::Project(contents) => {
+                contents.check(listed)?;
+                contents.history.labels().classes.clone()
+            }
+            Self::File(path) => read_strokes(path, listed)?.classes,
+            Self::Demo => demo::classes(),
+            Self::Nothing => Vec::new(),
+        })
     }
 
     /// The labels, and the parts that a project knows.
@@ -58,14 +61,23 @@ impl Strokes {
     }
 }
 
+/// The label images that are to be imported for a scene's frames.
+fn read_images(
+    arguments: &LabelArguments,
+    scene: &Scene,
+    known: &[Class],
+) -> Result<Option<LabelImages>, ImportError> {
+    let trust = arguments.trust.unwrap_or(Trust::VOTES);
+    let read = |folder: &PathBuf| read_label_images(folder, scene, known, trust);
+    arguments.import.as_ref().map(read).transpose()
+}
+
 /// The labels with the label images of a folder, in place of those that a project has.
 fn with_images(
     labels: LabelSet,
-    (folder, trust): (&Path, Trust),
-    scene: &Scene,
+    (folder, mut images): (&Path, LabelImages),
     client: &mut Client,
 ) -> Result<LabelSet, Failure> {
-    let mut images = read_label_images(folder, scene, &labels.classes, trust)?;
     if images.is_by_frame() {
         images = united(&*run::surface(client)?, images, &labels);
     }
@@ -150,18 +162,11 @@ fn label(
 ) -> Result<(), Failure> {
     let progress = Arc::new(Progress::default());
     let mut client = run::start(options.clone(), &progress);
-    strokes.check(&*client.listed()?)?;
-    let scene = client.opened()?;
-    let load = start.elapsed().as_secs_f64();
-    for warning in &scene.warnings {
-        eprintln!("inplace: {warning}");
-    }
-    let (mut labels, parts) = strokes.read(&scene, options.open)?;
-    if let Some(folder) = &arguments.import {
-        let said = (folder.as_path(), arguments.trust.unwrap_or(Trust::VOTES));
-        labels = with_images(labels, said, &scene, &mut client)?;
-    }
-    if labels.classes.is_empty() {
+    // Depth that has to be estimated makes opening slow: what cannot be used is refused before.
+    let listed = client.listed()?;
+    let known = strokes.classes(&listed)?;
+    let mut images = read_images(arguments, &listed, &known)?;
+    if known.is_empty() && images.is_none() {
         let from = arguments.strokes.as_ref().unwrap_or(&arguments.scene);
         return Err(format!(
             "{}: there are no classes to label with; add some, and strokes of them",
@@ -169,7 +174,20 @@ fn label(
         )
         .into());
     }
-    export::prepare(&arguments.out, &PNG_FOLDERS)?;
+    export::prepare_pngs(&arguments.out, &listed)?;
+    let scene = client.opened()?;
+    let load = start.elapsed().as_secs_f64();
+    for warning in &scene.warnings {
+        eprintln!("inplace: {warning}");
+    }
+    let (mut labels, parts) = strokes.read(&scene, options.open)?;
+    let hides_pixels = |frame: &Frame| !frame.hidden_pixels().is_empty();
+    if !scene.has_frames_of(&listed) || scene.frames.iter().any(hides_pixels) {
+        images = read_images(arguments, &scene, &known)?;
+    }
+    if let Some((folder, images)) = arguments.import.as_deref().zip(images) {
+        labels = with_images(labels, (folder, images), &mut client)?;
+    }
     client.label(labels.clone(), GENERATION);
     let budget = arguments.budget;
     let mut budget = budget.map(|seconds| Budget::of(seconds, &scene));
@@ -293,17 +311,7 @@ fn job(arguments: &LabelArguments) -> Result<(SessionOptions, Strokes), Failure>
         return Ok((options, Strokes::Project(Box::new(contents))));
     }
     let strokes = match (&arguments.strokes, &options.source) {
-        (Some(path), _) => {
-            // Before any work.
-            let opened = File::open(path);
-            opened.map_err(|error| {
-                format!(
-                    "{}: cannot be read ({error}); check that it is there and that you may read it",
-                    path.display()
-                )
-            })?;
-            Strokes::File(path.clone())
-        }
+        (Some(path), _) => Strokes::File(path.clone()),
         (None, SceneSource::Demo) => Strokes::Demo,
         (None, SceneSource::Folder(_)) if arguments.import.is_some() => Strokes::Nothing,
         (None, SceneSource::Folder(_)) => {

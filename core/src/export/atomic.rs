@@ -1,9 +1,9 @@
 //! Files that are there as a whole or not at all.
 
-use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 const SUFFIX: &str = ".inplace-tmp";
 
@@ -16,7 +16,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<bool> {
     if holds(path, bytes) {
         return Ok(false);
     }
-    let temporary = temporary(path)?;
+    let temporary = temporary(path);
     let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
     if written.is_err() {
         // The first error is the one to report.
@@ -31,19 +31,17 @@ pub(super) fn holds(path: &Path, bytes: &[u8]) -> bool {
         && fs::read(path).is_ok_and(|found| found == bytes)
 }
 
-/// The hidden name that a file has while this process writes it.
-pub(super) fn temporary(path: &Path) -> io::Result<PathBuf> {
-    let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
-    let mut hidden = OsString::from(".");
-    hidden.push(name);
-    hidden.push(format!(".{}{SUFFIX}", std::process::id()));
-    Ok(path.with_file_name(hidden))
+/// The hidden name that a file has while this process writes it: short, as its own may be as long as names can be.
+pub(super) fn temporary(path: &Path) -> PathBuf {
+    static WRITTEN: AtomicU64 = AtomicU64::new(0);
+    let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
+    path.with_file_name(format!(".{number}.{}{SUFFIX}", std::process::id()))
 }
 
 /// Makes a folder, tries whether a file can be written in it, and removes what a killed run left there.
 pub(super) fn prepare(folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
-    let trial = temporary(&folder.join("trial"))?;
+    let trial = temporary(&folder.join("trial"));
     fs::write(&trial, b"trial")?;
     fs::remove_file(&trial)?;
     for entry in fs::read_dir(folder)? {

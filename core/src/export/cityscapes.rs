@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use super::Refusal;
 use super::components::{Neighbours, components};
 use super::layout::{About, Labelled, Layout, OutputFile, json_file};
-use super::pngs::class_colors;
+use super::pngs::{CLASSES, class_colors};
 use crate::labels::{Class, ClassId, VOID, png};
 
 /// Class numbers in `_labelIds.png` are 8 bit.
@@ -28,6 +28,7 @@ pub(super) struct Cityscapes;
 impl Layout for Cityscapes {
     type Entry = ();
     const FOLDERS: &'static [&'static str] = &["gtFine"];
+    const INDEX: &'static [&'static str] = &[CLASSES];
 
     fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
         let Some(class) = classes.iter().find(|class| class.id > LARGEST_ID) else {
@@ -60,7 +61,7 @@ impl Layout for Cityscapes {
     }
 
     fn index(&self, about: About<'_>, _: Vec<()>) -> Result<Vec<OutputFile>, Refusal> {
-        Ok(vec![json_file("classes.json", about.classes)?])
+        Ok(vec![json_file(CLASSES, about.classes)?])
     }
 }
 

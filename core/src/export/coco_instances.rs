@@ -42,6 +42,7 @@ struct Segmentation {
 impl Layout for CocoInstances {
     type Entry = (Image, Vec<Annotation>);
     const FOLDERS: &'static [&'static str] = &[IMAGES];
+    const INDEX: &'static [&'static str] = &["instances.json"];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let (segments, places) = frame.segments()?;
@@ -95,6 +96,6 @@ impl Layout for CocoInstances {
             annotations,
             categories,
         };
-        Ok(vec![dense_json_file("instances.json", &instances)?])
+        Ok(vec![dense_json_file(Self::INDEX[0], &instances)?])
     }
 }

@@ -41,6 +41,7 @@ pub(super) struct Annotation {
 impl Layout for CocoPanoptic {
     type Entry = (Image, Annotation);
     const FOLDERS: &'static [&'static str] = &[SEGMENTS, IMAGES];
+    const INDEX: &'static [&'static str] = &["panoptic.json"];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
@@ -90,7 +91,7 @@ impl Layout for CocoPanoptic {
             annotations,
             categories,
         };
-        Ok(vec![dense_json_file("panoptic.json", &panoptic)?])
+        Ok(vec![dense_json_file(Self::INDEX[0], &panoptic)?])
     }
 }
 

@@ -149,7 +149,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::export::testing::{SIZE, classes, export_all, labels, maps, scene};
+    use crate::export::testing::{SIZE, classes, export_all, files, labelled_scene, labels, maps, scene};
     use crate::labels::Class;
 
     /// Why the maps 2 and 3 cannot be exported, and what lies in the folder then.
@@ -195,6 +195,29 @@ mod tests {
             let (first, again) = (export(), export());
             let written = (again.files, again.unchanged);
             assert_eq!(written, (0, first.files), "{}", format.name());
+        }
+    }
+
+    #[test]
+    fn what_lists_all_frames_goes_before_a_file_of_theirs_is_replaced() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        for format in Format::ALL.into_iter().filter(|format| format.has_frames()) {
+            let (root, scene, classes) = (tempfile::tempdir().unwrap(), scene(), classes());
+            let export = |numbers: [usize; 2], answer: ControlFlow<()>| {
+                let maps = maps(SIZE, &numbers.map(labels));
+                let labelled = labelled_scene(&scene, &classes, &maps);
+                let written = export(root.path(), labelled, format, &Options::default(), &|_, _| answer);
+                (written.is_ok(), files(root.path()).len())
+            };
+            pool.install(|| {
+                let (is_done, whole) = export([2, 3], ControlFlow::Continue(()));
+                assert!(is_done);
+                assert_eq!(export([2, 3], ControlFlow::Break(())), (false, whole), "{}", format.name());
+                assert!(!export([4, 5], ControlFlow::Break(())).0);
+                let left = files(root.path()).into_keys();
+                let others: Vec<String> = left.filter(|name| !name.contains("rgb_")).collect();
+                assert!(others.is_empty(), "{}: {others:?}", format.name());
+            });
         }
     }
 }

@@ -36,6 +36,7 @@ impl Layout for HuggingFace {
     type Entry = (Row, ObjectPixels);
     const FOLDERS: &'static [&'static str] = &[IMAGES, LABELS];
     const OBJECT_FOLDERS: &'static [&'static str] = &[OBJECTS];
+    const INDEX: &'static [&'static str] = &["id2label.json", "metadata.jsonl"];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
@@ -79,8 +80,8 @@ impl Layout for HuggingFace {
             .collect();
         names.insert(VOID, "void");
         let mut files = vec![
-            json_file("id2label.json", &names)?,
-            OutputFile::new("metadata.jsonl", metadata),
+            json_file(Self::INDEX[0], &names)?,
+            OutputFile::new(Self::INDEX[1], metadata),
         ];
         files.extend(objects_file(about, &pixels)?);
         Ok(files)

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::pngs::OBJECTS;
-use super::{ExportError, PNG_FOLDERS, REPORT, Report};
+use super::pngs::{OBJECTS, PNG_FOLDERS};
+use super::{ExportError, REPORT, Report};
 use crate::field::Preset;
 
 /// Everything that decides the labels of a run, beside the version of the program and the files of the capture itself. The

@@ -9,7 +9,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::{ExportError, Ids, Options, Refusal, atomic};
+use super::pngs::CLASSES;
+use super::{ExportError, Ids, Options, REPORT, Refusal, atomic};
 use crate::labels::{Class, ClassId, LabelSet, Object, ObjectId, VOID};
 use crate::scene::{Frame, Scene};
 use crate::semantics::{KnownPart, Surface, SurfaceObjects};
@@ -81,6 +82,10 @@ impl Written {
         super::prepare(folder, inner)?;
         let mut written = Self::default();
         for file in files {
+            // That of a run would promise classes that belong to its label images.
+            if file.path == Path::new(CLASSES) && !file.is_there(folder) {
+                super::remove(&folder.join(REPORT))?;
+            }
             written.write(folder, &file)?;
         }
         Ok(written)
@@ -285,9 +290,12 @@ impl OutputFile {
     /// Whether it would be new in the folder of this image of the capture: over it, or beside it as another.
     fn is_among(&self, folder: &Path, image: &Path) -> bool {
         let path = folder.join(&self.path);
-        let parent = |path: &Path| path.parent()?.canonicalize().ok();
-        let own = parent(&path);
-        own.is_some() && own == parent(image) && !atomic::holds(&path, &self.bytes)
+        path.parent().is_some_and(|place| is_in(image, place)) && !self.is_there(folder)
+    }
+
+    /// Whether it is in an export's folder already.
+    fn is_there(&self, folder: &Path) -> bool {
+        atomic::holds(&folder.join(&self.path), &self.bytes)
     }
 
     /// Writes it into an export's folder, unless it is there already; whether it was not.
@@ -295,6 +303,13 @@ impl OutputFile {
         let path = folder.join(&self.path);
         atomic::write(&path, &self.bytes).map_err(|error| ExportError::unwritable(&path, error))
     }
+}
+
+/// Whether an image of the capture lies in a folder.
+pub(super) fn is_in(image: &Path, folder: &Path) -> bool {
+    let place = |path: &Path| path.canonicalize().ok();
+    let images = image.parent().and_then(place);
+    images.is_some() && images == place(folder)
 }
 
 /// A value as a JSON file on one line, for lists too long to be looked at.
@@ -340,6 +355,8 @@ pub(super) trait Layout: Sync {
     const FOLDERS: &'static [&'static str];
     /// The folders of objects, where there are any.
     const OBJECT_FOLDERS: &'static [&'static str] = &[];
+    /// The files about all frames but `objects.json`, which tells that the folders of objects are those of an export.
+    const INDEX: &'static [&'static str] = &[];
 
     /// Whether classes can be written like this; asked before anything is written.
     ///
@@ -387,14 +404,21 @@ pub(super) fn write<L: Layout>(
         None => remove_objects(folder, L::OBJECT_FOLDERS, labelled.scene)?,
     }
     // It would be taken for that of a run that has made all of these files.
-    super::remove(&folder.join(super::REPORT))?;
+    super::remove(&folder.join(REPORT))?;
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let write_files = |written: Vec<OutputFile>| {
+    // Nothing may list other files than those beside it, even if this export is stopped: what does is removed before.
+    let write_files = |written: Vec<OutputFile>, outdated: &[&str]| {
         written.iter().try_for_each(|file| {
-            let count = if file.write(folder)? { &files } else { &unchanged };
-            count.fetch_add(1, Ordering::Relaxed);
-            Ok::<(), ExportError>(())
+            if file.is_there(folder) {
+                unchanged.fetch_add(1, Ordering::Relaxed);
+                return Ok(());
+            }
+            for name in outdated {
+                super::remove(&folder.join(name))?;
+            }
+            files.fetch_add(1, Ordering::Relaxed);
+            file.write(folder).map(drop)
         })
     };
     let write_frame = |(frame, map): (&Frame, &FrameMap)| -> Result<Option<L::Entry>, ExportError> {
@@ -413,7 +437,7 @@ pub(super) fn write<L: Layout>(
             let reason = format!("{name} would lie among the capture's own images; choose another folder");
             return Err(ExportError::incomplete(folder, reason));
         }
-        write_files(written)?;
+        write_files(written, L::INDEX)?;
         let done = frames.fetch_add(1, Ordering::Relaxed) + 1;
         if progress(done, maps.len()).is_break() {
             stopped.store(true, Ordering::Relaxed);
@@ -433,7 +457,7 @@ pub(super) fn write<L: Layout>(
         classes,
         objects: objects.as_ref().map(|objects| objects.listed.as_slice()),
     };
-    write_files(layout.index(about, entries).map_err(incomplete)?)?;
+    write_files(layout.index(about, entries).map_err(incomplete)?, &[])?;
     Ok(Written {
         files: files.into_inner(),
         unchanged: unchanged.into_inner(),

@@ -1,12 +1,14 @@
 //! Label, entropy and colour PNGs of every frame: the plain format, which loses nothing.
 
 use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
 
 use serde::Serialize;
 
-use super::Refusal;
-use super::layout::{About, ExportedObject, Labelled, Layout, OutputFile, json_file};
+use super::layout::{About, ExportedObject, Labelled, Layout, OutputFile, is_in, json_file};
+use super::{ExportError, Refusal};
 use crate::labels::{Class, ClassId, png};
+use crate::scene::Scene;
 
 /// `labels/<stem>.png`, `entropy/<stem>.png` and `color/<stem>.png` for every frame, and `classes.json`.
 ///
@@ -22,6 +24,8 @@ pub(super) struct Pngs;
 
 /// Where the objects go.
 pub(super) const OBJECTS: &str = "objects";
+/// The list of the classes.
+pub(super) const CLASSES: &str = "classes.json";
 
 /// Pixels of each object in a frame.
 pub(super) struct ObjectPixels(BTreeMap<u16, u64>);
@@ -70,12 +74,30 @@ struct ObjectRecord {
 }
 
 /// The folders of [`Format::Png`](super::Format::Png), below the export's own.
-pub const PNG_FOLDERS: [&str; 3] = ["labels", "entropy", "color"];
+pub(super) const PNG_FOLDERS: [&str; 3] = ["labels", "entropy", "color"];
+
+/// [Prepares](super::prepare) a folder for the label images of a scene, of which no more has to be known than its
+/// [list](crate::session::Event::Listed) of frames.
+///
+/// # Errors
+/// [`ExportError::Incomplete`] where files would lie among the capture's own images; [`ExportError::Unwritable`].
+pub fn prepare_pngs(folder: &Path, scene: &Scene) -> Result<(), ExportError> {
+    let has_images = |inner: &&str| {
+        let place = folder.join(inner);
+        scene.frames.iter().any(|frame| is_in(&frame.path, &place))
+    };
+    if let Some(inner) = PNG_FOLDERS.into_iter().find(has_images) {
+        let reason = format!("{inner}/ has the capture's own images; choose another folder");
+        return Err(ExportError::incomplete(folder, reason));
+    }
+    super::prepare(folder, &PNG_FOLDERS)
+}
 
 impl Layout for Pngs {
     type Entry = ObjectPixels;
     const FOLDERS: &'static [&'static str] = &PNG_FOLDERS;
     const OBJECT_FOLDERS: &'static [&'static str] = &[OBJECTS];
+    const INDEX: &'static [&'static str] = &[CLASSES];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
@@ -94,7 +116,7 @@ impl Layout for Pngs {
     }
 
     fn index(&self, about: About<'_>, entries: Vec<Self::Entry>) -> Result<Vec<OutputFile>, Refusal> {
-        let mut files = vec![json_file("classes.json", about.classes)?];
+        let mut files = vec![json_file(CLASSES, about.classes)?];
         files.extend(objects_file(about, &entries)?);
         Ok(files)
     }

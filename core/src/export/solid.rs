@@ -7,7 +7,7 @@ use super::layout::{
     ExportedObject, LabelledScene, Objects, OutputFile, Written, json_file, void_improbable,
 };
 use super::ply::{self, Vertex};
-use super::pngs::colors_by_id;
+use super::pngs::{CLASSES, colors_by_id};
 use super::{ExportError, Options, Refusal};
 use crate::labels::{Class, ClassId, VOID};
 use crate::semantics::{ENTROPY_STEPS_PER_NAT, Mesh, MeshVertex, Posterior, Surface};
@@ -139,7 +139,7 @@ pub(super) fn write(
     let clouds = clouds.into_iter().map(|(name, vertices)| {
         OutputFile::new(name, ply::encode(&comments, vertices, shape.triangles.as_deref()))
     });
-    let files = clouds.chain([json_file("classes.json", classes).map_err(incomplete)?]);
+    let files = clouds.chain([json_file(CLASSES, classes).map_err(incomplete)?]);
     Written::at_once(folder, (&[], files), labelled.scene.frames.len(), progress)
 }
 
@@ -266,6 +266,10 @@ mod tests {
             let again = written(root.path(), &self::labelled(), format, &Options::default());
             assert_eq!((again.files, again.unchanged), (0, 3));
         }
+        let report = root.path().join("report.json");
+        fs::write(&report, "{}").unwrap();
+        written(root.path(), &labelled, Format::Mesh, &Options::default());
+        assert!(report.exists(), "its label images have these classes");
         let list = root.path().join("ids.json");
         fs::write(&list, r#"[{"id": 8, "name": "Dark Wall", "color": [1, 2, 3]}]"#).unwrap();
         let options = Options {
@@ -273,6 +277,7 @@ mod tests {
             ..Options::default()
         };
         written(root.path(), &labelled, Format::PointCloud, &options);
+        assert!(!report.exists());
         let (comments, cloud) = read(&root.path().join("cloud.ply"));
         assert_eq!(comments[4..], ["class 8 Dark Wall", "object 2 Dark Wall"]);
         let (_, posterior) = labelled.maps[0].surface().unwrap();

@@ -153,7 +153,7 @@ fn what_a_killed_run_left_is_cleared_away() {
     prepare(root.path(), &["labels"]).unwrap();
     // No process has this number.
     let left = root.path().join("labels/.a.png.4294967295.inplace-tmp");
-    let others = atomic::temporary(&root.path().join("labels/b.png")).unwrap();
+    let others = atomic::temporary(&root.path().join("labels/b.png"));
     for begun in [&left, &others] {
         fs::write(begun, "half").unwrap();
     }
@@ -166,6 +166,15 @@ fn what_a_killed_run_left_is_cleared_away() {
         "of an export that still runs"
     );
     assert!(root.path().join("labels/mine.txt").exists());
+}
+
+#[test]
+fn a_file_with_the_longest_name_can_be_written() {
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("a".repeat(250));
+    write(&path, b"whole").unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"whole");
+    assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
 }
 
 #[test]
@@ -191,8 +200,11 @@ fn an_export_into_the_folder_of_the_capture_leaves_its_images_alone() {
     for name in ["color/rgb_0.jpg", "color/rgb_0.png"] {
         scene.frames[0].path = root.path().join(name);
         fs::write(&scene.frames[0].path, &photo).unwrap();
-        let error = export_pngs(root.path(), &scene, &classes, &maps, &go_on).unwrap_err();
-        assert!(error.to_string().contains("the capture's own images"), "{error}");
+        let early = prepare_pngs(root.path(), &scene).unwrap_err();
+        let late = export_pngs(root.path(), &scene, &classes, &maps, &go_on).unwrap_err();
+        for error in [early, late] {
+            assert!(error.to_string().contains("the capture's own images"), "{error}");
+        }
         assert_eq!(fs::read(&scene.frames[0].path).unwrap(), photo);
     }
     // What a data set has a copy of is there already.
@@ -201,6 +213,7 @@ fn an_export_into_the_folder_of_the_capture_leaves_its_images_alone() {
     let options = (Format::CocoInstances, &Options::default());
     let written = export_all(root.path(), &scene, &classes, &maps, options).unwrap();
     assert_eq!((written.files, written.unchanged), (1, 1));
+    prepare_pngs(root.path(), &scene).unwrap();
 }
 
 /// Of the wall with its dark and its bright half as two objects of one class, and a third class that is stuff and is not

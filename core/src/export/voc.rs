@@ -16,6 +16,8 @@ use crate::labels::{Class, png};
 /// What VOC calls void.
 const BACKGROUND: &str = "background";
 const MOST_CLASSES: usize = 255;
+const LABEL_MAP: &str = "labelmap.txt";
+const IMAGE_SET: &str = "ImageSets/Segmentation/default.txt";
 
 /// `JPEGImages/`, `SegmentationClass/`, `SegmentationObject/`, `ImageSets/Segmentation/default.txt` and `labelmap.txt`; and
 /// without the images once more in `cvat.zip`, as CVAT's "Segmentation mask 1.1".
@@ -42,6 +44,7 @@ impl Layout for Voc {
         "SegmentationObject",
         "ImageSets/Segmentation",
     ];
+    const INDEX: &'static [&'static str] = &["cvat.zip", LABEL_MAP, IMAGE_SET];
 
     fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
         let refuse = |reason: String| Err(reason.into());
@@ -103,8 +106,6 @@ impl Layout for Voc {
     }
 
     fn index(&self, about: About<'_>, entries: Vec<Segmentations>) -> Result<Vec<OutputFile>, Refusal> {
-        const IMAGE_SET: &str = "ImageSets/Segmentation/default.txt";
-        const LABEL_MAP: &str = "labelmap.txt";
         let label_map = label_map(about.classes).into_bytes();
         let mut image_set = Vec::new();
         for entry in &entries {
@@ -121,7 +122,7 @@ impl Layout for Voc {
         }
         let archive = archive(&archived)?;
         Ok(vec![
-            OutputFile::new("cvat.zip", archive),
+            OutputFile::new(Self::INDEX[0], archive),
             OutputFile::new(LABEL_MAP, label_map),
             OutputFile::new(IMAGE_SET, image_set),
         ])
