@@ -34,12 +34,7 @@ fn beginning() -> Contents {
 /// Images that give every pixel of a frame this class.
 fn images(frame: usize, class: u16) -> LabelImages {
     let map = ImportedMap::new(frame, &[class; (SIZE[0] * SIZE[1]) as usize]);
-    LabelImages {
-        labels: ImportedLabels::new(vec![map], Trust::VOTES),
-        classes: Vec::new(),
-        objects: Vec::new(),
-        unmatched: 0,
-    }
+    ImportedLabels::new(vec![map], Trust::VOTES).into()
 }
 
 /// The steps that begin with this sequence number, from 1, and change the history: one of all kinds that a person has, or a
@@ -70,18 +65,9 @@ fn steps(history: &mut History, sequence: u64) -> Vec<Step> {
         15 => stroke.and_then(|stroke| history.change_stroke_class(stroke, click.class)),
         16 => history.erase_where(click.frame, &[pixel], 6, |_| true),
         17 => Some(history.toggle_checked(click.frame)),
-        18 => {
-            if history.undo().is_some() {
-                return vec![Step::Undo];
-            }
-            None
-        }
-        19 => {
-            if history.redo().is_some() {
-                return vec![Step::Redo];
-            }
-            None
-        }
+        18 if history.undo().is_some() => return vec![Step::Undo],
+        19 if history.redo().is_some() => return vec![Step::Redo],
+        18 | 19 => None,
         20 => Some(history.add_class(&format!("class of step {sequence}")).1),
         21 => history.merge_class(class, other_class),
         22 => Some(history.import(images(click.frame, class))),

@@ -216,25 +216,32 @@ fn an_export_into_the_folder_of_the_capture_leaves_its_images_alone() {
     prepare_pngs(root.path(), &scene).unwrap();
 }
 
+/// A history with a class of things, 4, and one of stuff, 9.
+fn panel_and_floor() -> History {
+    let mut history = History::default();
+    history.add_classes(&[Class::new(4, "panel"), Class::new(9, "floor")]);
+    history
+}
+
+/// The maps of the wall of three frames by these labels.
+fn maps_by(scene: &Arc<Scene>, labels: &LabelSet) -> Vec<Arc<FrameMap>> {
+    let propagation = propagated(scene, labels);
+    let map = |frame| Arc::new(propagation.map(scene, frame, 1));
+    (0..3).map(map).collect()
+}
+
 /// Of the wall with its dark and its bright half as two objects of one class, and a third class that is stuff and is not
 /// shown.
 #[test]
 fn objects_that_are_shown_are_listed_with_the_same_numbers_in_all_frames() {
     let scene = Arc::new(wall(3, 64, 48));
-    let mut history = History::default();
-    history.add_classes(&[Class::new(4, "panel"), Class::new(9, "floor")]);
+    let mut history = panel_and_floor();
     for pixel in [[10, 20], [55, 20]] {
         history.add_object(Stroke::click(0, 4, pixel), &[]).unwrap();
     }
     let labels = history.labels();
-    let propagation = propagated(&scene, labels);
-    let maps: Vec<Arc<FrameMap>> = (0..3)
-        .map(|frame| Arc::new(propagation.map(&scene, frame, 1)))
-        .collect();
-    let labelled = LabelledScene {
-        objects: &labels.objects,
-        ..labelled_scene(&scene, &labels.classes, &maps)
-    };
+    let maps = maps_by(&scene, labels);
+    let labelled = LabelledScene::new(&scene, labels, &[], &maps);
     let root = tempfile::tempdir().unwrap();
     export(root.path(), labelled, Format::Png, &Options::default(), &go_on).unwrap();
     let written = files(root.path());
@@ -274,8 +281,7 @@ fn objects_that_are_shown_are_listed_with_the_same_numbers_in_all_frames() {
 #[test]
 fn stuff_has_a_number_of_its_own_where_a_thing_has_the_largest() {
     let scene = Arc::new(wall(3, 64, 48));
-    let mut history = History::default();
-    history.add_classes(&[Class::new(4, "panel"), Class::new(9, "floor")]);
+    let mut history = panel_and_floor();
     history.add_object(Stroke::click(0, 4, [10, 20]), &[]).unwrap();
     history.add_stroke(Stroke::click(0, 9, [55, 20]));
     let mut labels = history.labels().clone();
@@ -284,10 +290,7 @@ fn stuff_has_a_number_of_its_own_where_a_thing_has_the_largest() {
     for stroke in labels.strokes.values_mut().filter(|stroke| stroke.class == 4) {
         Arc::make_mut(stroke).object = Some(largest);
     }
-    let propagation = propagated(&scene, &labels);
-    let maps: Vec<Arc<FrameMap>> = (0..3)
-        .map(|frame| Arc::new(propagation.map(&scene, frame, 1)))
-        .collect();
+    let maps = maps_by(&scene, &labels);
     let labelled = LabelledScene::new(&scene, &labels, &[], &maps);
     let root = tempfile::tempdir().unwrap();
     export(root.path(), labelled, Format::Png, &Options::default(), &go_on).unwrap();

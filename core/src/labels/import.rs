@@ -60,6 +60,18 @@ pub struct LabelImages {
     pub unmatched: usize,
 }
 
+/// Images that bring neither classes nor objects along.
+impl From<ImportedLabels> for LabelImages {
+    fn from(labels: ImportedLabels) -> Self {
+        Self {
+            labels,
+            classes: Vec::new(),
+            objects: Vec::new(),
+            unmatched: 0,
+        }
+    }
+}
+
 impl LabelImages {
     /// Whether the images tell objects apart by numbers that mean something else in every frame. These are of no use
     /// before they are [united](crate::semantics::united) over a surface.

@@ -38,12 +38,7 @@ pub fn named(objects: &[Object]) -> Vec<(u16, &str)> {
 
 /// Label images that bring neither classes nor objects along.
 pub fn label_images(maps: Vec<ImportedMap>, trust: Trust) -> LabelImages {
-    LabelImages {
-        labels: ImportedLabels { maps, trust },
-        classes: Vec::new(),
-        objects: Vec::new(),
-        unmatched: 0,
-    }
+    ImportedLabels::new(maps, trust).into()
 }
 
 /// Imports images that give every pixel of the first three frames, of 64 x 48 pixels, the same class.

@@ -369,23 +369,13 @@ fn page(points: &[FieldPoint]) -> Result<Page, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
-
     use super::*;
-    use crate::arguments::{self, Arguments, Bench};
-    use crate::testing::{capture, options};
+    use crate::testing::{capture, options, parsed};
 
     #[test]
     fn every_answer_is_measured_at_every_time() {
         let (_root, folder) = capture();
-        let words = "lab bench field x --out x --geometry 0.5 --clicks 2 --noise 40 --marks 1,0.5 --stride 2";
-        let arguments = Arguments::try_parse_from(words.split(' ')).unwrap();
-        let arguments::Command::Bench {
-            what: Bench::Field(arguments),
-        } = arguments.command
-        else {
-            panic!("not bench field")
-        };
+        let arguments = parsed("x --out x --geometry 0.5 --clicks 2 --noise 40 --marks 1,0.5 --stride 2");
         let session = options(SceneSource::Folder(folder));
         let points = semantic_field(&arguments, session, &mut |_| {}).unwrap();
         let of = |labels: &str, answer: &str| -> Vec<&FieldPoint> {

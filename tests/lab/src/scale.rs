@@ -129,17 +129,6 @@ impl Exponent {
 }
 
 impl Sweep {
-    /// Its name on the command line and in the results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Frames => "frames",
-            Self::Size => "size",
-            Self::Rooms => "rooms",
-            Self::Classes => "classes",
-            Self::Strokes => "strokes",
-        }
-    }
-
     /// The settings that it goes through, ascending: `base` with one thing changed.
     ///
     /// Every class is to have a stroke, so that the sweep over classes has as many strokes as its most classes.
@@ -335,7 +324,7 @@ fn add_exponents(page: &mut Page, exponents: &[Exponent]) {
     });
     let ranges = sweeps.iter().map(|(sweep, own)| {
         let ends = own.first().map_or((0.0, 0.0), |one| (one.from, one.to));
-        format!(" | {}, {} to {}", sweep.name(), short(ends.0), short(ends.1))
+        format!(" | {sweep:?}, {} to {}", short(ends.0), short(ends.1)).to_lowercase()
     });
     page.table(&ranges.collect::<String>(), &rows.collect::<Vec<_>>());
 }

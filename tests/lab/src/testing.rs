@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::{Args, Parser};
 use glam::{Affine3A, Vec3};
 use inplace_core::field::Preset;
 use inplace_core::labels::{Class, ClassId};
@@ -11,6 +12,19 @@ use inplace_core::scene::{
 };
 use inplace_core::session::SessionOptions;
 use tempfile::TempDir;
+
+/// A command's arguments alone.
+#[derive(Parser)]
+struct Only<A: Args> {
+    #[command(flatten)]
+    own: A,
+}
+
+/// The arguments of a command, by the words behind its name.
+pub fn parsed<A: Args>(words: &str) -> A {
+    let words = ["lab"].into_iter().chain(words.split(' '));
+    Only::<A>::try_parse_from(words).unwrap().own
+}
 
 /// A quick session on a capture.
 pub fn options(source: SceneSource) -> SessionOptions {

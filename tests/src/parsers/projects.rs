@@ -20,13 +20,7 @@ const NAME: &str = "p.inplace";
 
 /// A label image of the first frame.
 fn images(trust: Trust) -> LabelImages {
-    let maps = vec![ImportedMap::new(0, &[1; 64 * 48])];
-    LabelImages {
-        labels: ImportedLabels { maps, trust },
-        classes: Vec::new(),
-        objects: Vec::new(),
-        unmatched: 0,
-    }
+    ImportedLabels::new(vec![ImportedMap::new(0, &[1; 64 * 48])], trust).into()
 }
 
 /// A project with something in every table.

@@ -313,8 +313,7 @@ mod tests {
                 ImportedMap::new(frame, &labels)
             })
             .collect();
-        let trust = Trust::RIGHT;
-        (surface, ImportedLabels { maps, trust })
+        (surface, ImportedLabels::new(maps, Trust::RIGHT))
     }
 
     #[test]

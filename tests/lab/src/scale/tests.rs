@@ -3,7 +3,8 @@ use std::collections::BTreeMap;
 use clap::Parser;
 
 use super::*;
-use crate::arguments::{Arguments, Bench, Command};
+use crate::arguments::Arguments;
+use crate::testing::parsed;
 use inplace_core::scene::demo::Shot;
 
 #[test]
@@ -27,14 +28,8 @@ fn an_exponent_is_that_of_the_upper_half_where_that_varies() {
 
 #[test]
 fn a_sweep_changes_one_thing() {
-    let words = "lab bench scale --out x --frames 200,100,200 --sizes 160x120 --rooms 1,4 --classes 2,200 --strokes 1";
-    let parsed = Arguments::try_parse_from(words.split(' ')).unwrap();
-    let Command::Bench {
-        what: Bench::Scale(values),
-    } = parsed.command
-    else {
-        panic!("not bench scale")
-    };
+    let words = "--out x --frames 200,100,200 --sizes 160x120 --rooms 1,4 --classes 2,200 --strokes 1";
+    let values = parsed(words);
     let of = |sweep: Sweep| Vec::from_iter(sweep.settings(USUAL, &values));
     let with = |frames| Setting { frames, ..USUAL };
     assert_eq!(of(Sweep::Frames), [with(100), with(200)]);

@@ -305,22 +305,15 @@ impl Open {
 mod tests {
     use std::fs;
 
-    use clap::Parser;
-
     use super::*;
-    use crate::arguments::{Arguments, Command};
     use crate::simulate::COLUMNS;
     use crate::table::csv;
-    use crate::testing::{capture, options};
+    use crate::testing::{capture, options, parsed};
     use inplace_core::scene::SceneSource;
 
     /// With these options, on the surface graph alone.
     fn simulated(options: &str, source: SceneSource) -> Result<Vec<SimulatedPoint>, Failure> {
-        let words = format!("lab simulate x --out x --geometry 0 --settle 0 {options}");
-        let Command::Simulate(arguments) = Arguments::try_parse_from(words.split(' ')).unwrap().command
-        else {
-            panic!("not simulate")
-        };
+        let arguments = parsed(&format!("x --out x --geometry 0 --settle 0 {options}"));
         simulate(&arguments, &self::options(source), &mut |_| {})
     }
 

@@ -149,9 +149,8 @@ fn label_images(trial: &Trial) -> Vec<ImportedMap> {
 
 /// Replaces the clicks by label images whose pixels are votes.
 fn vote(trial: &mut Trial, maps: Vec<ImportedMap>) {
-    let trust = Trust::VOTES;
     trial.labels.strokes.clear();
-    trial.labels.imported = Some(Arc::new(ImportedLabels { maps, trust }));
+    trial.labels.imported = Some(Arc::new(ImportedLabels::new(maps, Trust::VOTES)));
 }
 
 fn contradictory(trial: &mut Trial, rng: &mut SmallRng) {

@@ -1,20 +1,11 @@
-use clap::Parser;
-
 use super::*;
 use crate::LabelImage;
-use crate::arguments::{Arguments, Bench, Command};
-use crate::testing::{capture, opened};
+use crate::testing::{capture, opened, parsed};
 use inplace_core::scene::demo::Shot;
 
 fn settings() -> Settings {
-    let words = "lab bench stability --out x --preset fast --threads 2 --seed 3 --seeds 1 --seconds 0.2 \
-                 --seconds-without-depth 0.2 --long-seconds 0.2";
-    match Arguments::try_parse_from(words.split(' ')).unwrap().command {
-        Command::Bench {
-            what: Bench::Stability(settings),
-        } => settings,
-        other => panic!("{other:?}"),
-    }
+    let seconds = "--seconds 0.2 --seconds-without-depth 0.2 --long-seconds 0.2";
+    parsed(&format!("--out x --preset fast --threads 2 --seed 3 --seeds 1 {seconds}"))
 }
 
 /// The wall of two halves, as a capture with its truth.
