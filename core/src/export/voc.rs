@@ -57,9 +57,9 @@ impl Layout for Voc {
         let mut names = HashSet::from([BACKGROUND]);
         for class in classes {
             let name = class.name.trim();
-            if name.is_empty() || name.starts_with('#') || name.contains([':', '\n', '\r']) {
+            if name.is_empty() || name.starts_with('#') || name.contains(|c: char| c == ':' || c.is_control()) {
                 return refuse(format!(
-                    "class \"{name}\" cannot stand in labelmap.txt, where a name has no colon and no # at its start; rename it"
+                    "class \"{name}\" cannot stand in labelmap.txt, where a name has no colon, no control character and no # at its start; rename it"
                 ));
             }
             if !names.insert(name) {
@@ -73,7 +73,7 @@ impl Layout for Voc {
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Segmentations), Refusal> {
         let stem = frame.stem();
-        if stem.starts_with('#') || stem.trim() != stem || stem.contains(['\n', '\r']) {
+        if stem.starts_with('#') || stem.trim() != stem || stem.contains(char::is_control) {
             let reason = "its name cannot stand in default.txt, a line for each, where # starts a comment and blanks around a name are lost; rename its image";
             return Err(reason.into());
         }
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn frames_whose_names_cannot_stand_in_the_image_set_are_refused() {
         let (mut scene, classes) = (testing::scene(), testing::classes());
-        for name in ["#1", " rgb_1", "rgb\n1"] {
+        for name in ["#1", " rgb_1", "rgb\n1", "rgb\u{85}1"] {
             scene.frames[0].stem = name.to_owned();
             let frame = testing::labelled(&scene, testing::SIZE, &classes, testing::labels(0));
             let error = Voc.frame(&frame).map(|_| ()).unwrap_err().to_string();
@@ -182,6 +182,7 @@ mod tests {
         for (name, reason) in [
             ("a:b", "a:b"),
             ("#1", "#1"),
+            ("a\u{85}b", "control character"),
             ("background", "two classes"),
             ("wall", "two"),
         ] {

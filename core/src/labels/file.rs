@@ -51,7 +51,8 @@ pub fn read_strokes(path: &Path, scene: &Scene) -> Result<LabelSet, StrokesError
 /// # Errors
 /// What [`read_strokes`] refuses: part of a sentence. Strokes are counted from 1.
 pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
-    let file = serde_json::from_str(text);
+    // Some editors save a byte order mark before the text.
+    let file = serde_json::from_str(text.trim_start_matches('\u{feff}'));
     let file: StrokesFile = file.map_err(|error| format!("is not a strokes file: {}", shown(error)))?;
     let mut labels = LabelSet::default();
     for class in file.classes {
@@ -254,7 +255,7 @@ mod tests {
             scene.frames[0].camera.width > 64,
             "the size of the image on disk counts"
         );
-        assert!(parse_strokes(&file(&[[63, 47]]).to_string(), &scene).is_ok());
+        assert!(parse_strokes(&format!("\u{feff}{}", file(&[[63, 47]])), &scene).is_ok());
         for (pointer, value, parts) in [
             ("/strokes/0/frame", "\"rgb_77\"", ["stroke 1", "\"rgb_77\""]),
             ("/strokes/0/class", "999", ["stroke 1", "class 999"]),

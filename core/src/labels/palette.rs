@@ -62,7 +62,9 @@ pub fn parse_class_list(text: &str) -> Result<Vec<Class>, String> {
 
 /// The same with void, where it is listed.
 pub(super) fn parse_with_void(text: &str) -> Result<Vec<Class>, String> {
-    let mut classes: Vec<Class> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    // Some editors save a byte order mark before the text.
+    let classes = serde_json::from_str(text.trim_start_matches('\u{feff}'));
+    let mut classes: Vec<Class> = classes.map_err(|error| error.to_string())?;
     let mut ids = std::collections::BTreeSet::new();
     for class in &mut classes {
         if !ids.insert(class.id) {
@@ -87,6 +89,8 @@ mod tests {
         for (palette, count) in PALETTES.iter().zip(counts) {
             let classes = parse_class_list(palette.json).unwrap();
             assert_eq!(classes, palette.classes());
+            let marked = format!("\u{feff}{}", palette.json);
+            assert_eq!(parse_class_list(&marked), Ok(palette.classes()));
             let ids: BTreeSet<_> = classes.iter().map(|class| class.id).collect();
             let names: BTreeSet<_> = classes.iter().map(|class| class.name.to_lowercase()).collect();
             let colors: BTreeSet<_> = classes.iter().map(|class| class.color).collect();

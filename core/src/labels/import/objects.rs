@@ -32,8 +32,10 @@ impl ObjectList {
     /// Reads the file. The classes of `listed` are named already; those that are not are added, and which of them are things
     /// is what the objects say. Other classes may be `known` by their ids.
     pub fn read(path: &Path, listed: &mut Vec<Class>, known: &[Class]) -> Result<Self, ImportError> {
-        let text = fs::read(path).map_err(|error| error.to_string());
-        let records = text.and_then(|text| serde_json::from_slice(&text).map_err(in_one_line));
+        let text = fs::read_to_string(path).map_err(|error| error.to_string());
+        // Some editors save a byte order mark before the text.
+        let json = |text: String| serde_json::from_str(text.trim_start_matches('\u{feff}'));
+        let records = text.and_then(|text| json(text).map_err(in_one_line));
         let list = records.and_then(|records| Self::new(records, listed, known));
         list.map_err(|reason| {
             let expected =

@@ -337,7 +337,8 @@ fn write_objects(root: &Path, image: &str) {
         {"id": 300, "class_id": 5, "class_name": "chair", "name": "stool"},
         {"id": 4, "class_id": 5, "class_name": "chair", "thing": true},
         {"id": 9, "class_id": 5, "name": "chair 1"}]"#;
-    fs::write(root.join("objects.json"), listed).unwrap();
+    // As some editors save it, with a byte order mark.
+    fs::write(root.join("objects.json"), format!("\u{feff}{listed}")).unwrap();
 }
 
 #[test]
