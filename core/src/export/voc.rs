@@ -57,7 +57,8 @@ impl Layout for Voc {
         let mut names = HashSet::from([BACKGROUND]);
         for class in classes {
             let name = class.name.trim();
-            if name.is_empty() || name.starts_with('#') || name.contains(|c: char| c == ':' || c.is_control()) {
+            let ends_it = |c: char| c == ':' || c.is_control();
+            if name.is_empty() || name.starts_with('#') || name.contains(ends_it) {
                 return refuse(format!(
                     "class \"{name}\" cannot stand in labelmap.txt, where a name has no colon, no control character and no # at its start; rename it"
                 ));
