@@ -294,7 +294,7 @@ impl OutputFile {
     }
 
     /// Whether it is in an export's folder already.
-    fn is_there(&self, folder: &Path) -> bool {
+    pub(super) fn is_there(&self, folder: &Path) -> bool {
         atomic::holds(&folder.join(&self.path), &self.bytes)
     }
 
@@ -409,7 +409,7 @@ pub(super) fn write<L: Layout>(
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
     // Nothing may list other files than those beside it, even if this export is stopped: what does is removed before.
     let write_files = |written: Vec<OutputFile>, outdated: &[&str]| {
-        written.iter().try_for_each(|file| {
+        written.iter().try_for_each(|file| -> Result<(), ExportError> {
             if file.is_there(folder) {
                 unchanged.fetch_add(1, Ordering::Relaxed);
                 return Ok(());

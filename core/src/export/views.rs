@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::layout::{About, Labelled, Layout, OutputFile, Written, exported};
 use super::pngs::Pngs;
-use super::{ExportError, Options, Refusal, atomic};
+use super::{ExportError, Options, Refusal};
 use crate::labels::{Class, png};
 use crate::scene::{Camera, Frame, Scene, Trajectory, Viewpoint, intrinsics_line, pose_line, z_millimetres};
 use crate::semantics::NovelViews;
@@ -56,11 +56,8 @@ pub fn export_views(
     super::prepare(folder, &folders)?;
     super::remove(&folder.join(super::REPORT))?;
     let capture = capture(scene, trajectory, &camera);
-    for OutputFile { path, bytes } in &capture {
-        let path = folder.join(path);
-        if !atomic::holds(&path, bytes) {
-            super::remove(&path)?;
-        }
+    for file in capture.iter().filter(|file| !file.is_there(folder)) {
+        super::remove(&folder.join(&file.path))?;
     }
     let mut written = Written::default();
     let total = trajectory.poses.len();

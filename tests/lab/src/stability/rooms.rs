@@ -99,7 +99,6 @@ fn truth(shot: &Shot, labels: Vec<Vec<ClassId>>) -> SceneTruth {
         images: images.enumerate().collect(),
         train,
         test,
-        listed: Vec::new(),
-        clicks: Vec::new(),
+        ..SceneTruth::default()
     }
 }

@@ -71,8 +71,7 @@ fn hard_rooms_take_the_place_of_the_demo_alone() {
         images: (0..6).map(|frame| (frame, image.clone())).collect(),
         train: vec![0, 2, 4],
         test: vec![1, 3, 5],
-        listed: Vec::new(),
-        clicks: Vec::new(),
+        ..SceneTruth::default()
     };
     let mut trial = Trial::new(&shot.scene(&|_, _| {}), &truth, 0);
     let Way::Disturb(enter) = named("plain").way else {
