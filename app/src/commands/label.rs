@@ -181,6 +181,7 @@ fn label(
         eprintln!("inplace: {warning}");
     }
     let (mut labels, parts) = strokes.read(&scene, options.open)?;
+    // Only now it is known which images cannot be used, and where they hide pixels.
     let hides_pixels = |frame: &Frame| !frame.hidden_pixels().is_empty();
     if !scene.has_frames_of(&listed) || scene.frames.iter().any(hides_pixels) {
         images = read_images(arguments, &scene, &known)?;

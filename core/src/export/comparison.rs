@@ -231,7 +231,7 @@ pub fn compare(
 mod tests {
     use std::fs;
 
-    use super::super::testing::{HEIGHT, SIZE, WIDTH, scene};
+    use super::super::testing::{self, HEIGHT, SIZE, WIDTH, scene};
     use super::*;
     use crate::labels::VOID;
 
@@ -239,8 +239,7 @@ mod tests {
     fn maps(row: &[ClassId]) -> Vec<Arc<FrameMap>> {
         let upper = (0..WIDTH * HEIGHT / 2).map(|pixel| row[pixel as usize % row.len()]);
         let labels: Vec<ClassId> = upper.chain((0..WIDTH * HEIGHT / 2).map(|_| VOID)).collect();
-        let map = |frame| FrameMap::new(frame, 0, SIZE, labels.clone(), vec![0; labels.len()]);
-        (0..2).map(|frame| Arc::new(map(frame).unwrap())).collect()
+        testing::maps(SIZE, &[labels.clone(), labels])
     }
 
     #[test]

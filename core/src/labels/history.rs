@@ -155,14 +155,12 @@ fn unused(used: &BTreeSet<u16>) -> Option<u16> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::testing::clicked;
     use crate::labels::{ClassId, Stroke};
 
     /// A history with the classes wall and floor.
     pub(super) fn history() -> (History, ClassId, ClassId) {
-        let mut history = History::default();
-        let (wall, _) = history.add_class("wall");
-        let (floor, _) = history.add_class("floor");
-        (history, wall, floor)
+        (clicked(&["wall", "floor"], &[]), 1, 2)
     }
 
     /// Every edit after the first of these states is undone and done again, and leads to them.
