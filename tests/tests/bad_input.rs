@@ -101,6 +101,33 @@ fn labels_on_frames_that_the_capture_lacks_are_refused_before_its_images_are_rea
     }
 }
 
+/// A `transforms.json` with the ten images of the small capture in a folder.
+fn transforms(images: &str) -> String {
+    let frame = |number: usize| {
+        let pose = [[1, 0, 0, number], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
+        json!({"file_path": format!("{images}/rgb_{number}.png"), "transform_matrix": pose})
+    };
+    let frames: Vec<_> = (0..10).map(frame).collect();
+    json!({"camera_angle_x": 1.5, "frames": frames}).to_string()
+}
+
+#[test]
+fn labels_among_the_images_of_the_capture_are_refused_before_those_are_read() {
+    let disk = OnDisk::default();
+    let listing = disk.path("listing");
+    fs::create_dir(&listing).unwrap();
+    fs::rename(disk.path("room/rgb"), listing.join("color")).unwrap();
+    for image in files_below(&listing) {
+        let bytes = fs::read(&image).unwrap();
+        fs::write(&image, &bytes[..bytes.len() / 2]).unwrap();
+    }
+    fs::write(listing.join("transforms.json"), transforms("color")).unwrap();
+    let mut among = label(&listing, &listing);
+    among.arg("--strokes").arg(disk.path("strokes.json"));
+    assert_refused(&disk, "images", among, &["listing", "color/ has the capture's own images"]);
+    assert!(!listing.join("labels").exists());
+}
+
 #[test]
 fn results_that_cannot_be_written_are_refused_before_any_work() {
     let disk = OnDisk::default();
@@ -181,15 +208,10 @@ fn images_that_are_links_open_and_those_that_a_file_names_outside_the_folder_nee
     let disk = OnDisk::default();
     let listing = disk.path("listing");
     fs::create_dir(&listing).unwrap();
-    let frame = |number: usize| {
-        let pose = [[1, 0, 0, number], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
-        json!({"file_path": format!("../room/rgb/rgb_{number}.png"), "transform_matrix": pose})
-    };
-    let frames = json!({"camera_angle_x": 1.5, "frames": [frame(0), frame(1)]});
-    fs::write(listing.join("transforms.json"), frames.to_string()).unwrap();
+    fs::write(listing.join("transforms.json"), transforms("../room/rgb")).unwrap();
     let mut info = inplace();
     info.arg("info").arg(&listing);
     assert_refused(&disk, "info", info, &["transforms.json", "--outside-files"]);
     let facts = inplace_tests::info(&listing, &["--outside-files"]);
-    assert_eq!(facts["frames"], 2);
+    assert_eq!(facts["frames"], 10);
 }
