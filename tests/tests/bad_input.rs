@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where it fails")]
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 use inplace_core::project::Project;
@@ -23,6 +24,14 @@ fn assert_refused(disk: &OnDisk, what: &str, mut command: Command, parts: &[&str
     }
     let left = files_below(&disk.path("out"));
     assert!(left.is_empty(), "{what}: left {left:?}");
+}
+
+/// Leaves the first half of every file in a folder.
+fn cut(folder: &Path) {
+    for file in files_below(folder) {
+        let bytes = fs::read(&file).unwrap();
+        fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+    }
 }
 
 #[test]
@@ -70,10 +79,7 @@ fn labels_and_options_that_cannot_be_used_are_refused_in_one_sentence() {
 #[test]
 fn labels_on_frames_that_the_capture_lacks_are_refused_before_its_images_are_read() {
     let disk = OnDisk::default();
-    for image in files_below(&disk.path("room/rgb")) {
-        let bytes = fs::read(&image).unwrap();
-        fs::write(&image, &bytes[..bytes.len() / 2]).unwrap();
-    }
+    cut(&disk.path("room/rgb"));
     assert_refused(&disk, "images", disk.label(&[]), &["rgb", "10 of 10 images"]);
     let predictions = disk.path("predictions");
     fs::create_dir(&predictions).unwrap();
@@ -117,15 +123,17 @@ fn labels_among_the_images_of_the_capture_are_refused_before_those_are_read() {
     let listing = disk.path("listing");
     fs::create_dir(&listing).unwrap();
     fs::rename(disk.path("room/rgb"), listing.join("color")).unwrap();
-    for image in files_below(&listing) {
-        let bytes = fs::read(&image).unwrap();
-        fs::write(&image, &bytes[..bytes.len() / 2]).unwrap();
-    }
     fs::write(listing.join("transforms.json"), transforms("color")).unwrap();
-    let mut among = label(&listing, &listing);
-    among.arg("--strokes").arg(disk.path("strokes.json"));
-    assert_refused(&disk, "images", among, &["listing", "color/ has the capture's own images"]);
-    assert!(!listing.join("labels").exists());
+    let project = disk.path("work.inplace");
+    let contents = contents_of(&listing, Some(&disk.path("strokes.json")));
+    drop(Project::create(&project, &contents).unwrap());
+    cut(&listing.join("color"));
+    for name in ["label", "export"] {
+        let mut command = inplace();
+        command.arg(name).arg(&project).arg("--out").arg(&listing);
+        assert_refused(&disk, name, command, &["listing", "color/ has the capture's own images"]);
+        assert!(!listing.join("labels").exists());
+    }
 }
 
 #[test]

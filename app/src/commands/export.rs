@@ -93,7 +93,11 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     } else {
         let is_learnt = session.state.is_some();
         let mut client = run::start(session, &progress);
-        contents.check(&*client.listed()?)?;
+        let listed = client.listed()?;
+        contents.check(&listed)?;
+        if trajectory.is_none() && arguments.format == Format::Png {
+            export::prepare_pngs(&arguments.out, &listed)?;
+        }
         let scene = client.opened()?;
         let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
         let budget = arguments.budget.filter(|_| !is_learnt).or(usual);
