@@ -131,7 +131,12 @@ fn labels_among_the_images_of_the_capture_are_refused_before_those_are_read() {
     for name in ["label", "export"] {
         let mut command = inplace();
         command.arg(name).arg(&project).arg("--out").arg(&listing);
-        assert_refused(&disk, name, command, &["listing", "color/ has the capture's own images"]);
+        assert_refused(
+            &disk,
+            name,
+            command,
+            &["listing", "color/ has the capture's own images"],
+        );
         assert!(!listing.join("labels").exists());
     }
 }

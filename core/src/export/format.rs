@@ -214,7 +214,12 @@ mod tests {
             on_threads(1, || {
                 let (is_done, whole) = export([2, 3], ControlFlow::Continue(()));
                 assert!(is_done);
-                assert_eq!(export([2, 3], ControlFlow::Break(())), (false, whole), "{}", format.name());
+                assert_eq!(
+                    export([2, 3], ControlFlow::Break(())),
+                    (false, whole),
+                    "{}",
+                    format.name()
+                );
                 assert!(!export([4, 5], ControlFlow::Break(())).0);
                 let left = files(root.path()).into_keys();
                 let others: Vec<String> = left.filter(|name| !name.contains("rgb_")).collect();

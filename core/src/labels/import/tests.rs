@@ -76,7 +76,10 @@ fn what_cannot_be_used_is_one_sentence_that_names_it() {
         assert!(!error.contains('\n'), "{error}");
     };
     let error = read(&root.path().join("nowhere"), &scene).unwrap_err();
-    assert!(error.contains("nowhere") && error.contains("check that it is there"), "{error}");
+    assert!(
+        error.contains("nowhere") && error.contains("check that it is there"),
+        "{error}"
+    );
     refused("", "has no label images");
     write(root.path(), "other.png", 8, &[1; 48]);
     refused("", "named like a frame");

@@ -5,7 +5,9 @@ use inplace_core::scene::demo::Shot;
 
 fn settings() -> Settings {
     let seconds = "--seconds 0.2 --seconds-without-depth 0.2 --long-seconds 0.2";
-    parsed(&format!("--out x --preset fast --threads 2 --seed 3 --seeds 1 {seconds}"))
+    parsed(&format!(
+        "--out x --preset fast --threads 2 --seed 3 --seeds 1 {seconds}"
+    ))
 }
 
 /// The wall of two halves, as a capture with its truth.
