@@ -28,7 +28,6 @@ pub(super) struct Cityscapes;
 impl Layout for Cityscapes {
     type Entry = ();
     const FOLDERS: &'static [&'static str] = &["gtFine"];
-    const INDEX: &'static [&'static str] = &[CLASSES];
 
     fn check(&self, classes: &[Class]) -> Result<(), Refusal> {
         let Some(class) = classes.iter().find(|class| class.id > LARGEST_ID) else {

@@ -97,7 +97,6 @@ impl Layout for Pngs {
     type Entry = ObjectPixels;
     const FOLDERS: &'static [&'static str] = &PNG_FOLDERS;
     const OBJECT_FOLDERS: &'static [&'static str] = &[OBJECTS];
-    const INDEX: &'static [&'static str] = &[CLASSES];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
