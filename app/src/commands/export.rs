@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use inplace_core::export::{self, Format, IdMap, LabelledScene, Options, Views, Written};
 use inplace_core::labels::Class;
-use inplace_core::project::{Contents, SceneRecord};
+use inplace_core::project::{Contents, SceneRecord, same_file};
 use inplace_core::scene::{Scene, SceneSource, Trajectory};
 use inplace_core::semantics::NovelViews;
 use inplace_core::session::{Command, Measured, ModelState, Progress};
@@ -40,7 +40,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let classes = &contents.history.labels().classes;
     if classes.is_empty() {
         return Err(format!(
-            "{}: there are no classes to export; add some, and strokes of them",
+            "{}: there are no classes to export; add classes and strokes",
             arguments.project.display()
         )
         .into());
@@ -162,11 +162,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
 
 /// Whether a folder is that of the capture.
 fn is_capture(folder: &Path, source: &SceneSource) -> bool {
-    let SceneSource::Folder(capture) = source else {
-        return false;
-    };
-    let same = folder.canonicalize().ok().zip(capture.canonicalize().ok());
-    same.is_some_and(|(folder, capture)| folder == capture)
+    matches!(source, SceneSource::Folder(capture) if same_file(folder, capture))
 }
 
 /// Whether the maps that a project holds say all that is asked for: objects and probabilities are told by the surface,

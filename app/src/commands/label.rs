@@ -169,7 +169,7 @@ fn label(
     if known.is_empty() && images.is_none() {
         let from = arguments.strokes.as_ref().unwrap_or(&arguments.scene);
         return Err(format!(
-            "{}: there are no classes to label with; add some, and strokes of them",
+            "{}: there are no classes to label with; add classes and strokes",
             from.display()
         )
         .into());

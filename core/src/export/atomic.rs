@@ -13,16 +13,22 @@ const SUFFIX: &str = ".inplace-tmp";
 /// # Errors
 /// What the file system says.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<bool> {
-    if holds(path, bytes) {
-        return Ok(false);
+    let is_new = !holds(path, bytes);
+    if is_new {
+        replace(path, bytes)?;
     }
+    Ok(is_new)
+}
+
+/// The same, whatever the file holds.
+pub(super) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let temporary = temporary(path);
     let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
     if written.is_err() {
         // The first error is the one to report.
         let _ = fs::remove_file(&temporary);
     }
-    written.map(|()| true)
+    written
 }
 
 /// Whether a file is there with exactly this content.

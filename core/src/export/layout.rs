@@ -12,6 +12,7 @@ use rustc_hash::FxHashMap;
 use super::pngs::CLASSES;
 use super::{ExportError, Ids, Options, REPORT, Refusal, atomic};
 use crate::labels::{Class, ClassId, LabelSet, Object, ObjectId, VOID};
+use crate::project::same_file;
 use crate::scene::{Frame, Scene};
 use crate::semantics::{KnownPart, Surface, SurfaceObjects};
 use crate::session::{CERTAIN, FrameMap};
@@ -300,16 +301,23 @@ impl OutputFile {
 
     /// Writes it into an export's folder, unless it is there already; whether it was not.
     pub(super) fn write(&self, folder: &Path) -> Result<bool, ExportError> {
+        let is_new = !self.is_there(folder);
+        if is_new {
+            self.replace(folder)?;
+        }
+        Ok(is_new)
+    }
+
+    /// Writes it into an export's folder in place of what is there.
+    fn replace(&self, folder: &Path) -> Result<(), ExportError> {
         let path = folder.join(&self.path);
-        atomic::write(&path, &self.bytes).map_err(|error| ExportError::unwritable(&path, error))
+        atomic::replace(&path, &self.bytes).map_err(|error| ExportError::unwritable(&path, error))
     }
 }
 
 /// Whether an image of the capture lies in a folder.
 pub(super) fn is_in(image: &Path, folder: &Path) -> bool {
-    let place = |path: &Path| path.canonicalize().ok();
-    let images = image.parent().and_then(place);
-    images.is_some() && images == place(folder)
+    image.parent().is_some_and(|images| same_file(images, folder))
 }
 
 /// A value as a JSON file on one line, for lists too long to be looked at.
@@ -418,7 +426,7 @@ pub(super) fn write<L: Layout>(
                 super::remove(&folder.join(name))?;
             }
             files.fetch_add(1, Ordering::Relaxed);
-            file.write(folder).map(drop)
+            file.replace(folder)
         })
     };
     let write_frame = |(frame, map): (&Frame, &FrameMap)| -> Result<Option<L::Entry>, ExportError> {

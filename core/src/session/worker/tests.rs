@@ -29,6 +29,25 @@ fn surface(worker: &Worker<'_>) -> Option<*const crate::semantics::Surface> {
     propagation.map(|propagation| Arc::as_ptr(propagation.surface()))
 }
 
+/// A worker on a scene that has its first surface.
+fn with_surface<'a>(scene: &Arc<Scene>, options: &'a SessionOptions, outbox: &'a Outbox) -> Worker<'a> {
+    let mut worker = Worker::new(Arc::clone(scene), Vec::new(), options, outbox).unwrap();
+    advance_until(&mut worker, |worker| worker.propagation.is_some());
+    worker
+}
+
+/// The surface stays as long as the pause lasts, and no longer.
+fn assert_waits_for_the_end_of_the_pause(worker: &mut Worker<'_>) {
+    let first = surface(worker);
+    for _ in 0..100 {
+        worker.advance().unwrap();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(surface(worker), first);
+    worker.handle(Command::Resume).unwrap();
+    advance_until(worker, |worker| surface(worker) != first);
+}
+
 fn advance_until(worker: &mut Worker<'_>, is_it: impl Fn(&Worker<'_>) -> bool) {
     let end = Instant::now() + Duration::from_secs(60);
     while !is_it(worker) {
@@ -52,27 +71,18 @@ fn training_waits_for_the_first_surface() {
 fn a_surface_that_becomes_ready_during_a_pause_waits_for_its_end() {
     let scene = Arc::new(half_measured());
     let (outbox, options) = (outbox(), options());
-    let mut worker = Worker::new(Arc::clone(&scene), Vec::new(), &options, &outbox).unwrap();
-    advance_until(&mut worker, |worker| worker.propagation.is_some());
-    let first = surface(&worker);
+    let mut worker = with_surface(&scene, &options, &outbox);
     worker.handle(Command::Pause).unwrap();
     // It begins with another surface.
     worker.refiner = SurfaceRefiner::new(&scene, &worker.trainer, 1.0, 2);
-    for _ in 0..100 {
-        worker.advance().unwrap();
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    assert_eq!(surface(&worker), first);
-    worker.handle(Command::Resume).unwrap();
-    advance_until(&mut worker, |worker| surface(worker) != first);
+    assert_waits_for_the_end_of_the_pause(&mut worker);
 }
 
 #[test]
 fn a_surface_that_waits_for_imported_images_waits_for_the_end_of_a_pause_too() {
     let scene = Arc::new(half_measured());
     let (outbox, options) = (outbox(), options());
-    let mut worker = Worker::new(Arc::clone(&scene), Vec::new(), &options, &outbox).unwrap();
-    advance_until(&mut worker, |worker| worker.propagation.is_some());
+    let mut worker = with_surface(&scene, &options, &outbox);
     let image = ImportedMap::new(4, &[1; 64 * 48]);
     let imported = ImportedLabels::new(vec![image], Trust::new(0.5).unwrap());
     let imported = Some(Arc::new(imported));
@@ -82,7 +92,6 @@ fn a_surface_that_waits_for_imported_images_waits_for_the_end_of_a_pause_too() {
     let generation = 1;
     worker.handle(Command::Labels { labels, generation }).unwrap();
     advance_until(&mut worker, |worker| worker.importing.is_none());
-    let first = surface(&worker);
     worker.refiner = SurfaceRefiner::new(&scene, &worker.trainer, 1.0, 2);
     let newer = loop {
         if let Some(newer) = worker.new_propagation().unwrap() {
@@ -95,20 +104,13 @@ fn a_surface_that_waits_for_imported_images_waits_for_the_end_of_a_pause_too() {
     worker.handle(Command::Pause).unwrap();
     // Nothing waits, so that other images that are imported during the pause are taken over.
     assert!(worker.importing.is_none() && worker.waiting.is_none());
-    for _ in 0..100 {
-        worker.advance().unwrap();
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    assert_eq!(surface(&worker), first);
-    worker.handle(Command::Resume).unwrap();
-    advance_until(&mut worker, |worker| surface(worker) != first);
+    assert_waits_for_the_end_of_the_pause(&mut worker);
 }
 
 #[test]
 fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth() {
     let (outbox, options) = (outbox(), options());
-    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
-    advance_until(&mut worker, |worker| worker.propagation.is_some());
+    let mut worker = with_surface(&Arc::new(half_measured()), &options, &outbox);
     worker.handle(Command::Settle).unwrap();
     assert!(!worker.refiner.is_rendering() && worker.refiner.is_done());
 }
@@ -118,8 +120,7 @@ fn of_labels_that_wait_the_newest_alone_are_followed() {
     let (sender, events) = crossbeam_channel::unbounded();
     let (outbox, options) = (Outbox::new(sender, Arc::default(), Box::new(|| {})), options());
     outbox.reset_maps(5);
-    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
-    advance_until(&mut worker, |worker| worker.propagation.is_some());
+    let mut worker = with_surface(&Arc::new(half_measured()), &options, &outbox);
     let mut history = clicked(&["dark", "bright"], &[(0, 1, [10, 30])]);
     let mut labels = |generation: u64| {
         history.add_stroke(Stroke::click(1, 2, [50, 30 + generation as u32]));
