@@ -16,7 +16,7 @@ use effect::{Context, Effect, EffectSearch};
 
 use crate::labels::{ClassId, ObjectId, Pixel, VOID};
 use crate::scene::Scene;
-use crate::semantics::{LabelPropagation, NO_NODE, NodeCells, Weights};
+use crate::semantics::{LabelPropagation, NO_NODE, NodeCells, Posterior, Weights};
 
 /// A place to label next.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +61,8 @@ const BLOCK: usize = 32;
 ///
 /// The score of a node x is min(r / 0.1 m, 1)^2 v. Here r is the distance in space to the nearest label, and v the value of
 /// the information that a label there would give: the number of pixels that are expected to become right, class by
-/// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has.
+/// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has. What looks like the
+/// room is more often a thing than the maps have it: here such places are judged as if no class were part of the room.
 ///
 /// Places are shown in keyframes; with `only`, in the keyframes among these frames. A place that none of them shows is
 /// left out. `None` where it is cancelled before the end.
@@ -71,8 +72,15 @@ pub fn suggest(
     only: Option<&BTreeSet<usize>>,
     cancelled: &AtomicBool,
 ) -> Option<Vec<Suggestion>> {
-    let (surface, posterior, said) = (propagation.surface(), propagation.posterior(), propagation.said());
+    let (surface, said) = (propagation.surface(), propagation.said());
     let graph = &surface.graph;
+    let mut evidence = propagation.evidence();
+    let likeness = propagation.likeness_without_room();
+    let doubted = likeness.as_ref().map(|likeness| {
+        evidence.likeness = Some(likeness);
+        Posterior::new(&evidence, graph.len())
+    });
+    let posterior = doubted.as_ref().unwrap_or(propagation.posterior());
     let unclear = unclearness(graph, posterior);
     let weights = class_weights(graph, posterior, propagation.classes());
     let weight_of: BTreeMap<ClassId, f32> = propagation
@@ -104,7 +112,7 @@ pub fn suggest(
     let known = Context {
         graph,
         look: &surface.look,
-        evidence: propagation.evidence(),
+        evidence,
         posterior,
         class_weights: &weights,
     };

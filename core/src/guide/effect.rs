@@ -84,7 +84,7 @@ impl<'a> EffectSearch<'a> {
         } = self.known;
         let mut outcomes = self.outcomes(place);
         let likeliest = posterior.labels[place as usize];
-        let is_thing = evidence.likeness.map(|likeness| likeness.is_thing(likeliest));
+        let kind = evidence.likeness.map(|likeness| likeness.kind(likeliest));
         let to_label = |node: u32| posterior.distances[node as usize];
         let mut effect = Effect {
             node: place,
@@ -100,8 +100,8 @@ impl<'a> EffectSearch<'a> {
             if distance > self.distance[node as usize] {
                 continue;
             }
-            let counting = match is_thing {
-                Some(is_thing) => stretched(distance, look.stretch(node, place, is_thing)),
+            let counting = match kind {
+                Some(kind) => stretched(distance, look.stretch(node, place, kind)),
                 None => distance,
             };
             self.add_gains(node, counting, &mut outcomes);

@@ -66,13 +66,49 @@ impl Class {
     }
 }
 
-/// Whether a class with this name is one of things, as long as nobody says otherwise: by its last word, which may be a
-/// plural, it is none of the usual stuff ("kitchen floor", but not "floor lamp").
+/// Whether a class with this name is one of things, as long as nobody says otherwise: it is none of the usual stuff
+/// ("kitchen floor", but not "floor lamp").
 pub fn is_thing(name: &str) -> bool {
+    !is_among(name, STUFF)
+}
+
+/// Whether things with this name lie flat on walls, floors or ceilings, so that they may look like these.
+pub fn lies_flat(name: &str) -> bool {
+    is_among(name, FLAT)
+}
+
+/// What a room consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RoomPart {
+    /// What one walks on.
+    Floor,
+    /// What is overhead.
+    Ceiling,
+    /// What is around.
+    Wall,
+}
+
+impl RoomPart {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Floor, Self::Ceiling, Self::Wall];
+
+    /// The part that a class with this name is, if any.
+    pub fn named(name: &str) -> Option<Self> {
+        let words = |part: &Self| match part {
+            Self::Floor => "carpet floor flooring",
+            Self::Ceiling => "ceiling",
+            Self::Wall => "wall wallpaper",
+        };
+        Self::ALL.into_iter().find(|part| is_among(name, words(part)))
+    }
+}
+
+/// Whether the last word of a name is one of these words, or their plural.
+fn is_among(name: &str, words: &str) -> bool {
     let name = name.trim().to_lowercase();
-    let word = name.split_whitespace().next_back().unwrap_or_default();
-    let one = word.strip_suffix('s').unwrap_or(word);
-    !STUFF.split(' ').any(|stuff| stuff == word || stuff == one)
+    let last = name.split_whitespace().next_back().unwrap_or_default();
+    let one = last.strip_suffix('s').unwrap_or(last);
+    words.split(' ').any(|word| word == last || word == one)
 }
 
 /// The last words of classes that are stuff: what rooms, streets and landscapes consist of.
@@ -81,6 +117,9 @@ const STUFF: &str = "\
     gravel ground hill ice lake lawn moulding molding mountain mud outdoors outside pavement podium rail river \
     road roof sand sea sidewalk skirting sky snow soil stairs street stucco terrain tiles vegetation wall \
     wallpaper water";
+
+/// The last words of classes that lie flat on what a room consists of.
+const FLAT: &str = "blind curtain light mat mirror painting paper picture poster rug window";
 
 /// The default colour of a class, sRGB: one of `DEFAULT_COLORS`, and beyond them hues by golden ratio at three
 /// values (HSV).
@@ -218,6 +257,22 @@ mod tests {
             serde_json::from_value::<Class>(bare).unwrap(),
             Class::new(2, "door")
         );
+    }
+
+    #[test]
+    fn names_tell_what_a_room_consists_of_and_what_lies_flat_on_it() {
+        let parts = [
+            "Green walls",
+            "kitchen floor",
+            "ceiling ",
+            "ceiling light",
+            "wallaby",
+        ]
+        .map(RoomPart::named);
+        let [wall, floor, ceiling] = [RoomPart::Wall, RoomPart::Floor, RoomPart::Ceiling].map(Some);
+        assert_eq!(parts, [wall, floor, ceiling, None, None]);
+        assert!(["ceiling light", "Windows"].into_iter().all(lies_flat));
+        assert!(!["window seat", "chair"].into_iter().any(lies_flat));
     }
 
     #[test]

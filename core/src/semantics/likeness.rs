@@ -1,12 +1,12 @@
 //! How like the labelled regions of each class the regions of a surface look.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::posterior::{fill_weights, stretch};
-use super::{ClassGeodesics, Look};
+use super::{ClassGeodesics, Kind, Kinds, Look};
 use crate::labels::ClassId;
 
 /// Rounds of self-training, and the share of a region that a class must exceed for the class to be learnt from it.
@@ -21,8 +21,7 @@ const DOUBT_STEP: f32 = 0.25;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct LabelledRegions {
     of_class: BTreeMap<ClassId, BTreeMap<u32, u32>>,
-    /// The classes that are things; none where all are, as that tells nothing of any.
-    things: BTreeSet<ClassId>,
+    kinds: Kinds,
 }
 
 impl LabelledRegions {
@@ -53,8 +52,8 @@ impl LabelledRegions {
 
     /// How unlike the labelled regions of a class a region is: the gap to the most similar of them.
     fn gap(&self, look: &Look, class: ClassId, region: u32) -> f32 {
-        let is_thing = self.things.contains(&class);
-        let gaps = self.of(class).map(|other| look.gap(region, other, is_thing));
+        let kind = self.kinds.of(class);
+        let gaps = self.of(class).map(|other| look.gap(region, other, kind));
         // Without labels the distances are infinite anyway.
         gaps.reduce(f32::min).unwrap_or(0.0)
     }
@@ -100,21 +99,21 @@ impl Likeness {
         &self.stretches[region * self.classes.len()..(region + 1) * self.classes.len()]
     }
 
-    /// Whether a class is a thing and others are none.
-    pub(crate) fn is_thing(&self, class: ClassId) -> bool {
-        self.labelled.things.contains(&class)
+    /// The kind of a class.
+    pub(crate) fn kind(&self, class: ClassId) -> Kind {
+        self.labelled.kinds.of(class)
     }
 
-    /// Follows the labels of these classes, of which some are things. Returns whether each region's factors have changed.
+    /// Follows the labels of these classes, whose kinds are given. Returns whether each region's factors have changed.
     pub(super) fn update(
         &mut self,
-        (classes, things): (&[ClassId], &BTreeSet<ClassId>),
+        (classes, kinds): (&[ClassId], &Kinds),
         geodesics: &ClassGeodesics,
     ) -> Vec<bool> {
-        let mut labelled = LabelledRegions::default();
-        if !classes.iter().all(|class| things.contains(class)) {
-            labelled.things.clone_from(things);
-        }
+        let mut labelled = LabelledRegions {
+            kinds: kinds.clone(),
+            ..LabelledRegions::default()
+        };
         for (&node, label) in geodesics.seeds() {
             labelled.add(label.class, self.look.region(node as usize));
         }
@@ -129,7 +128,7 @@ impl Likeness {
             return vec![false; self.look.len()];
         }
         let differs = |&(_, class): &(usize, &ClassId)| {
-            let [was, is] = [&before, &self.labelled].map(|labelled| labelled.things.contains(class));
+            let [was, is] = [&before, &self.labelled].map(|labelled| labelled.kinds.of(*class));
             was != is || !before.of(*class).eq(self.labelled.of(*class))
         };
         let differing: Vec<(usize, &ClassId)> = self.classes.iter().enumerate().filter(differs).collect();
@@ -184,8 +183,8 @@ impl Likeness {
         rows.for_each(|(region, row)| {
             for &(other, unlike) in &self.look.alike[region] {
                 if let Some((column, doubt)) = likely[other as usize] {
-                    let is_thing = self.is_thing(self.classes[column]);
-                    let reserve = self.look.reserve(region as u32, other, is_thing);
+                    let kind = self.kind(self.classes[column]);
+                    let reserve = self.look.reserve(region as u32, other, kind);
                     row[column] = row[column].min(unlike + reserve + doubt);
                 }
             }
@@ -200,7 +199,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::labels::Label;
+    use crate::labels::{Class, Label};
     use crate::semantics::testing::{by_distance, node};
     use crate::semantics::{Evidence, Node, Posterior, SurfaceGraph};
 
@@ -230,11 +229,11 @@ mod tests {
         let mut likeness = Likeness::new(Arc::new(Look::new(&graph, Vec3::Y)));
         let geodesics = distances(&graph, &[(50, 1), (150, 2)]);
         assert_eq!(
-            likeness.update((&[1, 2], &BTreeSet::new()), &geodesics),
+            likeness.update((&[1, 2], &Kinds::default()), &geodesics),
             [true; 3]
         );
         assert_eq!(
-            likeness.update((&[1, 2], &BTreeSet::new()), &geodesics),
+            likeness.update((&[1, 2], &Kinds::default()), &geodesics),
             [false; 3]
         );
         let evidence = by_distance(&[1, 2], &geodesics);
@@ -247,11 +246,11 @@ mod tests {
         assert_eq!([50, 150, 250].map(|node| label(&looked_at, node)), [1, 2, 1]);
         // A label that is taken back says nothing any more.
         likeness.update(
-            (&[1, 2], &BTreeSet::new()),
+            (&[1, 2], &Kinds::default()),
             &distances(&graph, &[(50, 1), (150, 2), (250, 2)]),
         );
         assert_eq!(likeness.stretches(250)[1], 1.0);
-        likeness.update((&[1, 2], &BTreeSet::new()), &geodesics);
+        likeness.update((&[1, 2], &Kinds::default()), &geodesics);
         assert!(likeness.stretches(250)[1] > likeness.stretches(250)[0]);
     }
 
@@ -261,7 +260,7 @@ mod tests {
         let look = Arc::new(Look::new(&graph, Vec3::Y));
         let mut likeness = Likeness::new(Arc::clone(&look));
         likeness.update(
-            (&[1, 2], &BTreeSet::new()),
+            (&[1, 2], &Kinds::default()),
             &distances(&graph, &[(50, 1), (250, 2)]),
         );
         let by_labels = |class| likeness.labelled.stretch(&look, class, look.region(350));
@@ -269,7 +268,7 @@ mod tests {
         assert!(likeness.stretches(350)[0] < by_labels(1));
         assert_eq!(likeness.stretches(350)[1], by_labels(2));
         // Without that class there is nothing to learn from.
-        likeness.update((&[1, 2], &BTreeSet::new()), &distances(&graph, &[(250, 2)]));
+        likeness.update((&[1, 2], &Kinds::default()), &distances(&graph, &[(250, 2)]));
         assert_eq!(likeness.stretches(350)[0], 1.0);
     }
 
@@ -280,7 +279,11 @@ mod tests {
         let look = Arc::new(Look::new(&graph, Vec3::Y));
         let geodesics = distances(&graph, &[(50, 2), (225, 1)]);
         let follow = |likeness: &mut Likeness, things: &[ClassId]| {
-            likeness.update((&[1, 2], &things.iter().copied().collect()), &geodesics)
+            let class = |id| Class {
+                thing: things.contains(&id),
+                ..Class::unnamed(id)
+            };
+            likeness.update((&[1, 2], &Kinds::new(&[1, 2].map(class))), &geodesics)
         };
         let (mut likeness, mut anew) = (Likeness::new(Arc::clone(&look)), Likeness::new(look));
         follow(&mut likeness, &[1, 2]);

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use self::descriptor::{Descriptor, descriptors};
 use super::graph::SurfaceGraph;
+use super::kinds::Kind;
 use super::posterior::stretch;
 use super::segments::segments;
 use crate::features::{COMPONENTS, dot};
@@ -26,6 +27,9 @@ const SMALLNESS: f32 = 0.25;
 /// A thing ends: a label of one tells less of a larger region, by this times the logarithm of how many times more nodes it
 /// has.
 const LARGER: f32 = 0.5;
+/// Nor does it look like the room around it: a label of one tells so much less of what looks like a part of the room that has
+/// a class of its own.
+const ROOM: f32 = 2.0;
 /// So many other regions are kept of each that look most like it.
 const ALIKE: usize = 64;
 /// Most nodes of a region that stand for all of it.
@@ -110,18 +114,18 @@ impl Look {
         self.regions[node]
     }
 
-    /// The factor on distances to a label at one node, of a thing or not, at another.
-    pub(crate) fn stretch(&self, node: u32, labelled: u32, is_thing: bool) -> f32 {
+    /// The factor on distances to a label of this kind at one node, at another.
+    pub(crate) fn stretch(&self, node: u32, labelled: u32, kind: Kind) -> f32 {
         let [region, labelled] = [node, labelled].map(|node| self.region(node as usize));
-        stretch(self.gap(region, labelled, is_thing))
+        stretch(self.gap(region, labelled, kind))
     }
 
-    /// How unlike a region is to a labelled one, of a thing or not, at least 0; a class is exp(-gap) times as likely there.
-    pub fn gap(&self, region: u32, labelled: u32, is_thing: bool) -> f32 {
+    /// How unlike a region is to one with a label of this kind, at least 0; a class is exp(-gap) times as likely there.
+    pub fn gap(&self, region: u32, labelled: u32, kind: Kind) -> f32 {
         if region == labelled {
             return 0.0;
         }
-        self.unlike(region, labelled) + self.reserve(region, labelled, is_thing)
+        self.unlike(region, labelled) + self.reserve(region, labelled, kind)
     }
 
     /// How unlike each other two regions look.
@@ -138,11 +142,13 @@ impl Look {
         }
     }
 
-    /// How much less labels in one region tell of another by the sizes of both.
-    pub(super) fn reserve(&self, region: u32, labelled: u32, is_thing: bool) -> f32 {
+    /// How much less a label of this kind in one region tells of another by the sizes of both, and by where the other is.
+    pub(super) fn reserve(&self, region: u32, labelled: u32, kind: Kind) -> f32 {
         let [a, b] = [region, labelled].map(|region| &self.descriptors[region as usize]);
-        let larger = if is_thing { a.nodes - b.nodes } else { 0.0 };
-        SMALLNESS * (self.most_pixels - b.pixels) + LARGER * larger.max(0.0)
+        let larger = if kind.ends { a.nodes - b.nodes } else { 0.0 };
+        SMALLNESS * (self.most_pixels - b.pixels)
+            + LARGER * larger.max(0.0)
+            + ROOM * a.like_room(kind.other_than)
     }
 }
 
@@ -180,6 +186,7 @@ fn vertical(graph: &SurfaceGraph, up: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::labels::RoomPart;
     use crate::semantics::Node;
     use crate::semantics::testing::node;
 
@@ -201,11 +208,23 @@ mod tests {
         let [floor, other, stain, wall] = [0, 399, 209, 600].map(|node| look.region(node));
         assert_eq!(floor, other);
         assert_eq!(look.len(), 3);
-        assert_eq!(look.gap(floor, floor, true), 0.0);
-        assert!(look.gap(floor, wall, false) > 1.0);
-        assert!(look.gap(floor, stain, false) > look.gap(stain, floor, false));
-        assert!(look.gap(floor, stain, true) > look.gap(floor, stain, false));
-        assert_eq!(look.gap(stain, floor, true), look.gap(stain, floor, false));
+        let (stuff, thing) = (
+            Kind::default(),
+            Kind {
+                ends: true,
+                ..Kind::default()
+            },
+        );
+        assert_eq!(look.gap(floor, floor, thing), 0.0);
+        assert!(look.gap(floor, wall, stuff) > 1.0);
+        assert!(look.gap(floor, stain, stuff) > look.gap(stain, floor, stuff));
+        assert!(look.gap(floor, stain, thing) > look.gap(floor, stain, stuff));
+        assert_eq!(look.gap(stain, floor, thing), look.gap(stain, floor, stuff));
+        // Where the floor has a class, a label of a thing tells less of it, and of the wall just as much.
+        let other_than = RoomPart::ALL.map(|part| part == RoomPart::Floor);
+        let other = Kind { other_than, ..thing };
+        assert!(look.gap(floor, stain, other) > look.gap(floor, stain, thing) + 0.9 * ROOM);
+        assert_eq!(look.gap(wall, stain, other), look.gap(wall, stain, thing));
     }
 
     #[test]
@@ -217,11 +236,12 @@ mod tests {
         let graph = SurfaceGraph::new(row.collect());
         let mut look = Look::new(&graph, Vec3::Y);
         assert_eq!(look.len(), 3);
-        let before = [look.gap(2, 0, false), look.gap(1, 0, false)];
+        let stuff = Kind::default();
+        let before = [look.gap(2, 0, stuff), look.gap(1, 0, stuff)];
         let unit = |axis: usize| (0..COMPONENTS).map(move |own| if own == axis { 1.0 } else { 0.0 });
         // The network sees the same in the red part as in the first gray one, and something else in the last.
         look.features = Some(unit(0).chain(unit(0)).chain(unit(1)).collect());
-        assert_eq!(look.gap(1, 0, false), before[1]);
-        assert!((look.gap(2, 0, false) - before[0] - FEATURES).abs() < 1e-5);
+        assert_eq!(look.gap(1, 0, stuff), before[1]);
+        assert!((look.gap(2, 0, stuff) - before[0] - FEATURES).abs() < 1e-5);
     }
 }

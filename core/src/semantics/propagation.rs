@@ -13,8 +13,8 @@ use super::on_surface::OnSurface;
 use super::posterior::NodeSummary;
 use super::strays::strays;
 use super::{
-    ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Likeness, NO_NODE, Posterior,
-    Surface, SurfaceImport,
+    ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Kinds, Likeness, NO_NODE,
+    Posterior, Surface, SurfaceImport,
 };
 use crate::labels::{ClassId, Label, LabelSet, Stroke, StrokeId, VOID, rasterise};
 use crate::scene::{Camera, Scene};
@@ -28,8 +28,7 @@ pub struct LabelPropagation {
     /// Shared with the maps.
     posterior: Arc<Posterior>,
     classes: Vec<ClassId>,
-    /// Those of them that are things.
-    things: BTreeSet<ClassId>,
+    kinds: Kinds,
     /// The strokes that `painted` was made from.
     strokes: BTreeMap<StrokeId, Arc<Stroke>>,
     /// Labelled pixels of each frame that has strokes.
@@ -53,7 +52,7 @@ impl LabelPropagation {
             geodesics: ClassGeodesics::default(),
             posterior: Arc::default(),
             classes: Vec::new(),
-            things: BTreeSet::new(),
+            kinds: Kinds::default(),
             strokes: BTreeMap::new(),
             painted: BTreeMap::new(),
             sources: BTreeMap::new(),
@@ -142,8 +141,7 @@ impl LabelPropagation {
                 self.painted.insert(frame, pixels);
             }
         }
-        let things = labels.classes.iter().filter(|class| class.thing);
-        self.things = things.map(|class| class.id).collect();
+        self.kinds = Kinds::new(&labels.classes);
         // In a fixed order, so that moving a class in the user's list changes nothing here.
         let mut classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
         classes.sort_unstable();
@@ -162,7 +160,7 @@ impl LabelPropagation {
         let seeds = self.seeds();
         let looks_count = self.looks_count();
         let nearer = self.geodesics.update(&self.surface.graph, seeds);
-        let classes = (self.classes.as_slice(), &self.things);
+        let classes = (self.classes.as_slice(), &self.kinds);
         let differs = looks_count.then(|| self.likeness.update(classes, &self.geodesics));
         if !same_votes {
             self.refresh();
@@ -251,6 +249,14 @@ impl LabelPropagation {
             objects: self.import.as_deref().and_then(SurfaceImport::objects),
             prior: prior.map(|(_, weights)| weights.as_slice()),
         }
+    }
+
+    /// How like the classes all regions look where no class is part of the room; `None` where that is no different.
+    pub(crate) fn likeness_without_room(&self) -> Option<Likeness> {
+        let kinds = self.kinds.without_room().filter(|_| self.looks_count())?;
+        let mut likeness = Likeness::new(Arc::clone(&self.surface.look));
+        likeness.update((&self.classes, &kinds), &self.geodesics);
+        Some(likeness)
     }
 
     /// The dense map of a frame. Painted pixels have the class of their stroke, and those of trusted images theirs.
@@ -372,7 +378,7 @@ impl LabelPropagation {
     /// What a stroke says that says this class.
     fn label(&self, (class, stroke): (ClassId, StrokeId)) -> Label {
         let object = self.strokes.get(&stroke).and_then(|stroke| stroke.object);
-        Label::new(class, object.filter(|_| self.things.contains(&class)))
+        Label::new(class, object.filter(|_| self.kinds.is_thing(class)))
     }
 
     /// The label of each labelled node: that of the latest stroke on it, or else that by trusted images. A stroke that says

@@ -3,7 +3,9 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::labels::RoomPart;
 use crate::semantics::graph::SurfaceGraph;
+use crate::semantics::kinds::Room;
 
 /// Largest gap in colour, the CIELAB distance at half of it, and the share of it for differences in lightness.
 const COLOR: f32 = 4.0;
@@ -45,6 +47,9 @@ pub(super) struct Descriptor {
     /// Logarithms of the numbers of its nodes, and of the pixels of all frames that show it.
     pub(super) nodes: f32,
     pub(super) pixels: f32,
+    /// How much it looks like each part of a room, in the order of [`RoomPart`]: 1 where it is as flat, as level or upright,
+    /// and as high as that part, with nothing behind it; at least 0.
+    room: [f32; RoomPart::ALL.len()],
 }
 
 /// Where a part of the surface is.
@@ -71,6 +76,29 @@ impl Descriptor {
             + self.around.unlike(&other.around)
             + BEHIND * (self.around.behind - other.around.behind).abs()
     }
+
+    /// How much it looks like the likest of these parts of a room, from 0 to 1.
+    pub(super) fn like_room(&self, parts: Room) -> f32 {
+        let likes = self.room.iter().zip(parts).filter(|&(_, counts)| counts);
+        likes.map(|(&like, _)| like).fold(0.0, f32::max)
+    }
+
+    /// What [`Self::room`] is.
+    fn like_part(&self, part: RoomPart) -> f32 {
+        let (facing, height) = match part {
+            RoomPart::Floor => (1.0, 0.0),
+            RoomPart::Ceiling => (1.0, 1.0),
+            RoomPart::Wall => (0.0, self.place.height),
+        };
+        let place = Place {
+            facing,
+            height,
+            behind: 0.0,
+        };
+        let unlike =
+            self.place.unlike(&place) + BEHIND * self.place.behind + FLATNESS * (1.0 - self.flatness);
+        (1.0 - unlike).max(0.0)
+    }
 }
 
 impl Place {
@@ -94,6 +122,7 @@ pub(super) fn descriptors(
         .for_each(|(own, samples)| {
             let behind = samples.iter().map(|&node| behind(graph, node, &landmarks));
             own.place.behind = behind.sum::<f32>() / samples.len() as f32;
+            own.room = RoomPart::ALL.map(|part| own.like_part(part));
         });
     add_borders(&mut descriptors, graph, regions);
     descriptors
@@ -259,6 +288,20 @@ mod tests {
         assert!((wall.around.facing - floor.place.facing).abs() < 1e-5);
         assert!((board.around.height - floor.place.height).abs() < 1e-5);
         assert!(floor.around.behind > 0.0);
+        // The wall is a wall, the floor a floor, and the board, which has the floor behind it, neither.
+        let like = |region: Descriptor| RoomPart::ALL.map(|part| region.like_part(part));
+        assert!(
+            like(floor)[0] > 0.9 && like(floor)[1..] == [0.0; 2],
+            "{:?}",
+            like(floor)
+        );
+        assert!(
+            like(wall)[2] > 0.9 && like(wall)[..2] == [0.0; 2],
+            "{:?}",
+            like(wall)
+        );
+        assert_eq!(like(board), [0.0; 3]);
+        assert_eq!(floor.like_room([false, true, true]), 0.0);
         assert_eq!(floor.unlike(&floor), 0.0);
         assert!(floor.unlike(&board) < floor.unlike(&wall));
     }

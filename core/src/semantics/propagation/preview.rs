@@ -76,7 +76,7 @@ impl LabelPropagation {
         );
         let (mut likeness, mut geodesics) = (self.likeness.clone(), self.geodesics.clone());
         let nearer = geodesics.update(&self.surface.graph, seeds);
-        let classes = (self.classes.as_slice(), &self.things);
+        let classes = (self.classes.as_slice(), &self.kinds);
         let differs = self.looks_count().then(|| likeness.update(classes, &geodesics));
         let evidence = Evidence {
             geodesics: &geodesics,
