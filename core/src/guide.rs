@@ -16,7 +16,7 @@ use effect::{Context, Effect, EffectSearch};
 
 use crate::labels::{ClassId, ObjectId, Pixel, VOID};
 use crate::scene::Scene;
-use crate::semantics::{LabelPropagation, NO_NODE, NodeCells, Posterior, Weights};
+use crate::semantics::{LabelPropagation, NO_NODE, NodeCells, Weights};
 
 /// A place to label next.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,13 +74,11 @@ pub fn suggest(
 ) -> Option<Vec<Suggestion>> {
     let (surface, said) = (propagation.surface(), propagation.said());
     let graph = &surface.graph;
-    let mut evidence = propagation.evidence();
-    let likeness = propagation.likeness_without_room();
-    let doubted = likeness.as_ref().map(|likeness| {
-        evidence.likeness = Some(likeness);
-        Posterior::new(&evidence, graph.len())
-    });
-    let posterior = doubted.as_ref().unwrap_or(propagation.posterior());
+    let without_room = propagation.without_room();
+    let (mut evidence, mut posterior) = (propagation.evidence(), propagation.posterior());
+    if let Some((likeness, doubted)) = &without_room {
+        (evidence.likeness, posterior) = (Some(likeness), doubted);
+    }
     let unclear = unclearness(graph, posterior);
     let weights = class_weights(graph, posterior, propagation.classes());
     let weight_of: BTreeMap<ClassId, f32> = propagation

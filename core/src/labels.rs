@@ -22,8 +22,8 @@ pub(crate) mod testing;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-pub use class::{Class, ClassId, RoomPart, VOID, default_color, is_thing, lies_flat};
-pub(crate) use class::{DEFAULT_COLORS, rgb};
+pub use class::{Class, ClassId, VOID, default_color, is_thing};
+pub(crate) use class::{DEFAULT_COLORS, RoomPart, lies_flat, rgb};
 pub use edit::{CheckChange, Edit, ImportChange, StrokeChange};
 pub use file::{StrokesError, parse_strokes, read_strokes, strokes_json};
 pub use history::{AddedClasses, History};

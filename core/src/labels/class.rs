@@ -69,17 +69,17 @@ impl Class {
 /// Whether a class with this name is one of things, as long as nobody says otherwise: it is none of the usual stuff
 /// ("kitchen floor", but not "floor lamp").
 pub fn is_thing(name: &str) -> bool {
-    !is_among(name, STUFF)
+    RoomPart::named(name).is_none() && !is_among(name, STUFF)
 }
 
 /// Whether things with this name lie flat on walls, floors or ceilings, so that they may look like these.
-pub fn lies_flat(name: &str) -> bool {
+pub(crate) fn lies_flat(name: &str) -> bool {
     is_among(name, FLAT)
 }
 
 /// What a room consists of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RoomPart {
+pub(crate) enum RoomPart {
     /// What one walks on.
     Floor,
     /// What is overhead.
@@ -90,10 +90,10 @@ pub enum RoomPart {
 
 impl RoomPart {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Floor, Self::Ceiling, Self::Wall];
+    pub(crate) const ALL: [Self; 3] = [Self::Floor, Self::Ceiling, Self::Wall];
 
     /// The part that a class with this name is, if any.
-    pub fn named(name: &str) -> Option<Self> {
+    pub(crate) fn named(name: &str) -> Option<Self> {
         let words = |part: &Self| match part {
             Self::Floor => "carpet floor flooring",
             Self::Ceiling => "ceiling",
@@ -111,12 +111,11 @@ fn is_among(name: &str, words: &str) -> bool {
     words.split(' ').any(|word| word == last || word == one)
 }
 
-/// The last words of classes that are stuff: what rooms, streets and landscapes consist of.
+/// The last words of other classes that are stuff: what rooms, streets and landscapes consist of.
 const STUFF: &str = "\
-    background baseboard beach building carpet ceiling cloud cornice dirt facade floor flooring foliage grass \
-    gravel ground hill ice lake lawn moulding molding mountain mud outdoors outside pavement podium rail river \
-    road roof sand sea sidewalk skirting sky snow soil stairs street stucco terrain tiles vegetation wall \
-    wallpaper water";
+    background baseboard beach building cloud cornice dirt facade foliage grass gravel ground hill ice lake \
+    lawn moulding molding mountain mud outdoors outside pavement podium rail river road roof sand sea sidewalk \
+    skirting sky snow soil stairs street stucco terrain tiles vegetation water";
 
 /// The last words of classes that lie flat on what a room consists of.
 const FLAT: &str = "blind curtain light mat mirror painting paper picture poster rug window";

@@ -251,12 +251,18 @@ impl LabelPropagation {
         }
     }
 
-    /// How like the classes all regions look where no class is part of the room; `None` where that is no different.
-    pub(crate) fn likeness_without_room(&self) -> Option<Likeness> {
+    /// What would be known if no class were part of the room; `None` where that is no different.
+    pub(crate) fn without_room(&self) -> Option<(Likeness, Posterior)> {
         let kinds = self.kinds.without_room().filter(|_| self.looks_count())?;
-        let mut likeness = Likeness::new(Arc::clone(&self.surface.look));
-        likeness.update((&self.classes, &kinds), &self.geodesics);
-        Some(likeness)
+        let mut likeness = self.likeness.clone();
+        let differs = likeness.update((&self.classes, &kinds), &self.geodesics);
+        let mut posterior = Posterior::clone(&self.posterior);
+        let evidence = Evidence {
+            likeness: Some(&likeness),
+            ..self.evidence()
+        };
+        posterior.update(&evidence, &self.changed(Vec::new(), Some(differs)));
+        Some((likeness, posterior))
     }
 
     /// The dense map of a frame. Painted pixels have the class of their stroke, and those of trusted images theirs.
