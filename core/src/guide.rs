@@ -61,8 +61,9 @@ const BLOCK: usize = 32;
 ///
 /// The score of a node x is min(r / 0.1 m, 1)^2 v. Here r is the distance in space to the nearest label, and v the value of
 /// the information that a label there would give: the number of pixels that are expected to become right, class by
-/// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has. What looks like the
-/// room is more often a thing than the maps have it: here such places are judged as if no class were part of the room.
+/// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has. Maps are
+/// too sure where things do not look like the room, or where a pretrained network sees something alike: places are judged as
+/// if no class were part of the room, and by the mean of what is likely with and without the network.
 ///
 /// Places are shown in keyframes; with `only`, in the keyframes among these frames. A place that none of them shows is
 /// left out. `None` where it is cancelled before the end.
@@ -74,11 +75,11 @@ pub fn suggest(
 ) -> Option<Vec<Suggestion>> {
     let (surface, said) = (propagation.surface(), propagation.said());
     let graph = &surface.graph;
-    let without_room = propagation.without_room();
-    let (mut evidence, mut posterior) = (propagation.evidence(), propagation.posterior());
-    if let Some((likeness, doubted)) = &without_room {
-        (evidence.likeness, posterior) = (Some(likeness), doubted);
-    }
+    let doubted = propagation.doubted();
+    let (evidence, posterior) = match &doubted {
+        Some((likeness, posterior)) => (propagation.doubted_evidence(likeness), posterior),
+        None => (propagation.evidence(), propagation.posterior()),
+    };
     let unclear = unclearness(graph, posterior);
     let weights = class_weights(graph, posterior, propagation.classes());
     let weight_of: BTreeMap<ClassId, f32> = propagation
@@ -109,7 +110,6 @@ pub fn suggest(
 
     let known = Context {
         graph,
-        look: &surface.look,
         evidence,
         posterior,
         class_weights: &weights,

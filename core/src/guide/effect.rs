@@ -2,9 +2,7 @@
 
 use super::candidates::LEAST_DOUBT;
 use crate::labels::VOID;
-use crate::semantics::{
-    DistanceQueue, Evidence, Look, Posterior, SurfaceGraph, Weights, stretched, weight_at,
-};
+use crate::semantics::{DistanceQueue, Evidence, Posterior, SurfaceGraph, Weights, stretched, weight_at};
 
 /// Most nodes that are visited from one place.
 const MOST_FOLLOWED: usize = 20_000;
@@ -29,7 +27,6 @@ pub(super) struct Effect {
 #[derive(Clone, Copy)]
 pub(super) struct Context<'a> {
     pub(super) graph: &'a SurfaceGraph,
-    pub(super) look: &'a Look,
     pub(super) evidence: Evidence<'a>,
     pub(super) posterior: &'a Posterior,
     /// The weight of a pixel of each class, in the order of the classes.
@@ -77,14 +74,15 @@ impl<'a> EffectSearch<'a> {
     pub(super) fn effect(&mut self, place: u32) -> Effect {
         let Context {
             graph,
-            look,
             evidence,
             posterior,
             ..
         } = self.known;
         let mut outcomes = self.outcomes(place);
         let likeliest = posterior.labels[place as usize];
-        let kind = evidence.likeness.map(|likeness| likeness.kind(likeliest));
+        let look = evidence
+            .likeness
+            .map(|likeness| (likeness.look(), likeness.kind(likeliest)));
         let to_label = |node: u32| posterior.distances[node as usize];
         let mut effect = Effect {
             node: place,
@@ -100,8 +98,8 @@ impl<'a> EffectSearch<'a> {
             if distance > self.distance[node as usize] {
                 continue;
             }
-            let counting = match kind {
-                Some(kind) => stretched(distance, look.stretch(node, place, kind)),
+            let counting = match look {
+                Some((look, kind)) => stretched(distance, look.stretch(node, place, kind)),
                 None => distance,
             };
             self.add_gains(node, counting, &mut outcomes);
@@ -197,7 +195,6 @@ impl<'a> EffectSearch<'a> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
     use rustc_hash::FxHashMap;
 
     use super::*;
@@ -219,7 +216,6 @@ mod tests {
         );
         let evidence = by_distance(&[1, 2], &geodesics);
         let known = Context {
-            look: &Look::new(&graph, Vec3::Y),
             posterior: &Posterior::new(&evidence, graph.len()),
             class_weights: &[1.0, 1.0],
             graph: &graph,

@@ -41,6 +41,20 @@ fn the_first_suggestion_is_on_the_half_without_a_label() {
 }
 
 #[test]
+fn places_are_judged_as_if_no_class_were_part_of_the_room() {
+    let scene = wall(2, 80, 60);
+    let on_one_half = [(0, 1, [10, 30]), (0, 2, [20, 10])];
+    let [of_room, other] = ["wall", "grass"].map(|name| {
+        let propagation = propagated(&scene, clicked(&[name, "chair"], &on_one_half).labels());
+        let found = suggest(&scene, &propagation, None, &AtomicBool::default()).unwrap();
+        let places = found.into_iter().map(|place| (place.frame, place.pixel));
+        (propagation, places.collect::<Vec<_>>())
+    });
+    assert!(of_room.0.posterior() != other.0.posterior());
+    assert_eq!(of_room.1, other.1);
+}
+
+#[test]
 fn a_likely_thing_comes_with_the_object_of_its_nearest_label() {
     let scene = wall(2, 80, 60);
     let mut history = clicked(&["chair", "table"], &BOTH[1..]);

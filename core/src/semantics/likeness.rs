@@ -99,6 +99,11 @@ impl Likeness {
         &self.stretches[region * self.classes.len()..(region + 1) * self.classes.len()]
     }
 
+    /// What the regions look like.
+    pub(crate) fn look(&self) -> &Look {
+        &self.look
+    }
+
     /// The kind of a class.
     pub(crate) fn kind(&self, class: ClassId) -> Kind {
         self.labelled.kinds.of(class)
@@ -146,10 +151,18 @@ impl Likeness {
             stretches = self.learnt(&likely);
         }
         let before = std::mem::replace(&mut self.stretches, stretches);
-        let rows = self.stretches.chunks_exact(classes.len());
-        rows.zip(before.chunks_exact(classes.len()))
-            .map(|(now, before)| now != before)
-            .collect()
+        self.differing(&before)
+    }
+
+    /// Whether each region's factors differ from those of another likeness with the same classes, at least one.
+    pub(super) fn differs_from(&self, other: &Self) -> Vec<bool> {
+        self.differing(&other.stretches)
+    }
+
+    fn differing(&self, others: &[f32]) -> Vec<bool> {
+        let count = self.classes.len();
+        let rows = self.stretches.chunks_exact(count).zip(others.chunks_exact(count));
+        rows.map(|(own, other)| own != other).collect()
     }
 
     /// For each region the column of the class that has most of it with these factors, and how much less than a label it

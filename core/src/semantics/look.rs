@@ -99,6 +99,14 @@ impl Look {
         others
     }
 
+    /// The same without what a pretrained network sees; `None` where there is none.
+    pub(super) fn without_features(&self) -> Option<Self> {
+        self.has_features().then(|| Self {
+            features: None,
+            ..self.clone()
+        })
+    }
+
     /// Whether what a pretrained network sees in the regions is known.
     pub(crate) fn has_features(&self) -> bool {
         self.features.is_some()

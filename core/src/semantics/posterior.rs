@@ -132,6 +132,8 @@ pub struct Evidence<'a> {
     pub geodesics: &'a ClassGeodesics,
     /// How like the labelled regions of each class each region is, where that counts.
     pub likeness: Option<&'a Likeness>,
+    /// Another account of that, which is right as often: probabilities are then the mean by both.
+    pub second_likeness: Option<&'a Likeness>,
     /// Votes, weighted probabilities `[nodes, classes]`.
     pub votes: Option<&'a [f32]>,
     /// The objects by votes.
@@ -197,6 +199,7 @@ impl<'a> Weights<'a> {
     pub(crate) fn fill(&self, node: usize, weights: &mut [f32]) -> f32 {
         let Evidence {
             likeness,
+            second_likeness,
             votes,
             prior,
             ..
@@ -205,6 +208,13 @@ impl<'a> Weights<'a> {
         let stretches = likeness.map(|likeness| likeness.stretches(node));
         let votes = votes.map(|votes| &votes[own.clone()]);
         let nearest = fill_weights(&self.fields, node, stretches, votes, weights);
+        if let Some(second) = second_likeness.map(|likeness| likeness.stretches(node)) {
+            let mut others = vec![0.0; weights.len()];
+            fill_weights(&self.fields, node, Some(second), votes, &mut others);
+            let [own, other] = [&*weights, &others].map(|weights| weights.iter().sum::<f32>());
+            let both = weights.iter_mut().zip(others);
+            both.for_each(|(weight, others)| *weight = 0.5 * (*weight + others * own / other));
+        }
         if let Some(prior) = prior {
             weights.iter_mut().zip(&prior[own]).for_each(|(w, p)| *w *= p);
         }

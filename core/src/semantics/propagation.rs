@@ -245,24 +245,43 @@ impl LabelPropagation {
             classes: &self.classes,
             geodesics: &self.geodesics,
             likeness: self.looks_count().then_some(&self.likeness),
+            second_likeness: None,
             votes: self.votes.as_deref(),
             objects: self.import.as_deref().and_then(SurfaceImport::objects),
             prior: prior.map(|(_, weights)| weights.as_slice()),
         }
     }
 
-    /// What would be known if no class were part of the room; `None` where that is no different.
-    pub(crate) fn without_room(&self) -> Option<(Likeness, Posterior)> {
-        let kinds = self.kinds.without_room().filter(|_| self.looks_count())?;
-        let mut likeness = self.likeness.clone();
-        let differs = likeness.update((&self.classes, &kinds), &self.geodesics);
-        let mut posterior = Posterior::clone(&self.posterior);
-        let evidence = Evidence {
-            likeness: Some(&likeness),
-            ..self.evidence()
+    /// What would be known if no class were part of the room, and with a pretrained network the mean of that without it and
+    /// of what is known (query by committee, Seung et al. 1992). `None` where that is no different.
+    pub(crate) fn doubted(&self) -> Option<(Likeness, Posterior)> {
+        if self.classes.is_empty() || !self.looks_count() {
+            return None;
+        }
+        let (kinds, look) = (self.kinds.without_room(), self.surface.look.without_features());
+        if kinds.is_none() && look.is_none() {
+            return None;
+        }
+        let mut likeness = match look {
+            Some(look) => Likeness::new(Arc::new(look)),
+            None => self.likeness.clone(),
         };
-        posterior.update(&evidence, &self.changed(Vec::new(), Some(differs)));
+        let kinds = kinds.as_ref().unwrap_or(&self.kinds);
+        likeness.update((&self.classes, kinds), &self.geodesics);
+        let differs = likeness.differs_from(&self.likeness);
+        let mut posterior = Posterior::clone(&self.posterior);
+        let changed = self.changed(Vec::new(), Some(differs));
+        posterior.update(&self.doubted_evidence(&likeness), &changed);
         Some((likeness, posterior))
+    }
+
+    /// The evidence for [`LabelPropagation::doubted`], with its likeness.
+    pub(crate) fn doubted_evidence<'a>(&'a self, likeness: &'a Likeness) -> Evidence<'a> {
+        Evidence {
+            likeness: Some(likeness),
+            second_likeness: self.surface.look.has_features().then_some(&self.likeness),
+            ..self.evidence()
+        }
     }
 
     /// The dense map of a frame. Painted pixels have the class of their stroke, and those of trusted images theirs.

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3};
 
-use super::testing::{propagated, surface, truth};
+use super::testing::{propagated, surface, told_apart, truth};
 use super::*;
 use crate::field::{Preset, Trainer, frame_rays};
 use crate::labels::testing::{clicked, import_plain};
@@ -92,6 +92,29 @@ fn the_order_of_the_class_list_changes_nothing() {
     history.move_class(3, 0).unwrap();
     propagation.set_labels(&scene, history.labels());
     assert!(before == (propagation.classes().to_vec(), propagation.posterior().clone()));
+}
+
+#[test]
+fn doubt_is_the_mean_of_what_is_likely_with_a_pretrained_network_and_without() {
+    let scene = wall(2, 64, 48);
+    let labels = clicked(&["dark", "other"], &[(0, 1, [10, 20]), (0, 2, [20, 10])]);
+    let plain = propagated(&scene, labels.labels());
+    assert!(plain.doubted().is_none());
+    let mut seen = LabelPropagation::new(Arc::new(told_apart(plain.surface())));
+    seen.set_labels(&scene, labels.labels());
+    let (likeness, posterior) = seen.doubted().unwrap();
+    let evidence = seen.doubted_evidence(&likeness);
+    let nodes = plain.surface().graph.len();
+    assert!(posterior == Posterior::new(&evidence, nodes));
+    assert!(posterior != *plain.posterior() && posterior != *seen.posterior());
+    for node in 0..nodes {
+        let [with, without] = [&seen, &plain].map(|one| one.evidence().probabilities(node)[0]);
+        let doubted = evidence.probabilities(node)[0];
+        assert!(
+            (doubted - 0.5 * (with + without)).abs() < 1e-6,
+            "{with} {without} {doubted}"
+        );
+    }
 }
 
 /// Asserts that a semantic field labels a view that no frame shows.
