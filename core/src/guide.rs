@@ -61,9 +61,9 @@ const BLOCK: usize = 32;
 ///
 /// The score of a node x is min(r / 0.1 m, 1)^2 v. Here r is the distance in space to the nearest label, and v the value of
 /// the information that a label there would give: the number of pixels that are expected to become right, class by
-/// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has. Maps are
-/// too sure where things do not look like the room, or where a pretrained network sees something alike: places are judged as
-/// if no class were part of the room, and by the mean of what is likely with and without the network.
+/// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has. The maps
+/// are too sure of what looks like the room and of what a pretrained network sees alike. So places are judged as if no class
+/// were part of the room, and by the mean of what is likely with and without the network.
 ///
 /// Places are shown in keyframes; with `only`, in the keyframes among these frames. A place that none of them shows is
 /// left out. `None` where it is cancelled before the end.

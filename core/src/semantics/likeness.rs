@@ -77,7 +77,7 @@ pub struct Likeness {
     /// Gaps to what is labelled, row-major `[regions, classes]`.
     told: Vec<f32>,
     /// At least 1, row-major `[regions, classes]`.
-    stretches: Vec<f32>,
+    pub(super) stretches: Vec<f32>,
 }
 
 impl Likeness {
@@ -154,12 +154,8 @@ impl Likeness {
         self.differing(&before)
     }
 
-    /// Whether each region's factors differ from those of another likeness with the same classes, at least one.
-    pub(super) fn differs_from(&self, other: &Self) -> Vec<bool> {
-        self.differing(&other.stretches)
-    }
-
-    fn differing(&self, others: &[f32]) -> Vec<bool> {
+    /// Whether each region's factors differ from these others of the same classes, of which there must be one.
+    pub(super) fn differing(&self, others: &[f32]) -> Vec<bool> {
         let count = self.classes.len();
         let rows = self.stretches.chunks_exact(count).zip(others.chunks_exact(count));
         rows.map(|(own, other)| own != other).collect()

@@ -132,7 +132,7 @@ pub struct Evidence<'a> {
     pub geodesics: &'a ClassGeodesics,
     /// How like the labelled regions of each class each region is, where that counts.
     pub likeness: Option<&'a Likeness>,
-    /// Another account of that, which is right as often: probabilities are then the mean by both.
+    /// Another account of that: probabilities are then the mean by both.
     pub second_likeness: Option<&'a Likeness>,
     /// Votes, weighted probabilities `[nodes, classes]`.
     pub votes: Option<&'a [f32]>,

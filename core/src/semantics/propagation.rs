@@ -252,8 +252,8 @@ impl LabelPropagation {
         }
     }
 
-    /// What would be known if no class were part of the room, and with a pretrained network the mean of that without it and
-    /// of what is known (query by committee, Seung et al. 1992). `None` where that is no different.
+    /// What would be known if no class were part of the room. Where there is a pretrained network, half counts what would then
+    /// be known without it, half what is known (query by committee, Seung et al. 1992). `None` where that is no different.
     pub(crate) fn doubted(&self) -> Option<(Likeness, Posterior)> {
         if self.classes.is_empty() || !self.looks_count() {
             return None;
@@ -268,14 +268,14 @@ impl LabelPropagation {
         };
         let kinds = kinds.as_ref().unwrap_or(&self.kinds);
         likeness.update((&self.classes, kinds), &self.geodesics);
-        let differs = likeness.differs_from(&self.likeness);
+        let differs = likeness.differing(&self.likeness.stretches);
         let mut posterior = Posterior::clone(&self.posterior);
         let changed = self.changed(Vec::new(), Some(differs));
         posterior.update(&self.doubted_evidence(&likeness), &changed);
         Some((likeness, posterior))
     }
 
-    /// The evidence for [`LabelPropagation::doubted`], with its likeness.
+    /// The evidence of [`LabelPropagation::doubted`], with the likeness that it returns.
     pub(crate) fn doubted_evidence<'a>(&'a self, likeness: &'a Likeness) -> Evidence<'a> {
         Evidence {
             likeness: Some(likeness),

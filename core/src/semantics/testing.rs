@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::{ClassGeodesics, Evidence, LabelPropagation, Look, Node, Surface, SurfaceGraph};
-use crate::features::COMPONENTS;
 use crate::labels::{ClassId, LabelSet};
 use crate::scene::Scene;
 
@@ -39,19 +38,6 @@ pub fn loose(nodes: Vec<Node>, voxel: f32) -> Surface {
         voxel,
         is_sharp: true,
         ..Surface::default()
-    }
-}
-
-/// A surface of fewer regions than there are components, in each of which a pretrained network sees something else.
-pub fn told_apart(surface: &Surface) -> Surface {
-    let mut look = Look::clone(&surface.look);
-    let ones = (0..look.len()).map(|region| region * (COMPONENTS + 1));
-    let mut features = vec![0.0; look.len() * COMPONENTS];
-    ones.for_each(|one| features[one] = 1.0);
-    look.features = Some(features);
-    Surface {
-        look: Arc::new(look),
-        ..surface.clone()
     }
 }
 

@@ -2,8 +2,9 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3};
 
-use super::testing::{propagated, surface, told_apart, truth};
+use super::testing::{propagated, surface, truth};
 use super::*;
+use crate::features::COMPONENTS;
 use crate::field::{Preset, Trainer, frame_rays};
 use crate::labels::testing::{clicked, import_plain};
 use crate::labels::{ClassId, History, ImportedMap, LabelSet, Stroke, Trust, VOID, rasterise};
@@ -100,7 +101,12 @@ fn doubt_is_the_mean_of_what_is_likely_with_a_pretrained_network_and_without() {
     let labels = clicked(&["dark", "other"], &[(0, 1, [10, 20]), (0, 2, [20, 10])]);
     let plain = propagated(&scene, labels.labels());
     assert!(plain.doubted().is_none());
-    let mut seen = LabelPropagation::new(Arc::new(told_apart(plain.surface())));
+    // The network sees something else in each of the two regions.
+    let mut surface = Surface::clone(plain.surface());
+    let features = [0, 1].map(|region| (0..COMPONENTS).map(move |axis| f32::from(axis == region)));
+    Arc::make_mut(&mut surface.look).features = Some(features.into_iter().flatten().collect());
+    assert_eq!(surface.look.len(), 2);
+    let mut seen = LabelPropagation::new(Arc::new(surface));
     seen.set_labels(&scene, labels.labels());
     let (likeness, posterior) = seen.doubted().unwrap();
     let evidence = seen.doubted_evidence(&likeness);
