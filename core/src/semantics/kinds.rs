@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 
 use crate::labels::{Class, ClassId, RoomPart, lies_flat};
 
-/// The kinds of those classes that are things.
+/// The kinds of classes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Kinds(BTreeMap<ClassId, Kind>);
 
 /// What a class looks like by its kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kind {
+    /// Whether it is a thing.
+    pub(super) thing: bool,
     /// Whether it ends somewhere, as things do; not where all classes are things, as that tells nothing of any.
     pub(super) ends: bool,
     /// The parts of the room that have classes of their own, so that it does not look like them.
@@ -23,18 +25,20 @@ pub(super) type Room = [bool; RoomPart::ALL.len()];
 impl Kinds {
     /// Of these classes, by what is said of them and by their names.
     pub fn new(classes: &[Class]) -> Self {
-        let (things, stuff): (Vec<&Class>, Vec<_>) = classes.iter().partition(|class| class.thing);
-        let is_part = |part, class: &&Class| RoomPart::named(&class.name) == Some(part);
-        let room = RoomPart::ALL.map(|part| stuff.iter().any(|class| is_part(part, class)));
-        let kind = |class: &Class| Kind {
-            ends: !stuff.is_empty(),
-            other_than: if lies_flat(&class.name) {
-                Room::default()
-            } else {
-                room
-            },
+        let part = |class: &Class| RoomPart::named(&class.name).filter(|_| !class.thing);
+        let parts: Vec<RoomPart> = classes.iter().filter_map(part).collect();
+        let has_stuff = classes.iter().any(|class| !class.thing);
+        let kind = |class: &Class| {
+            let own = part(class);
+            let stands_out = own.is_some() || (class.thing && !lies_flat(&class.name));
+            Kind {
+                thing: class.thing,
+                ends: class.thing && has_stuff,
+                other_than: RoomPart::ALL
+                    .map(|other| stands_out && own != Some(other) && parts.contains(&other)),
+            }
         };
-        Self(things.into_iter().map(|class| (class.id, kind(class))).collect())
+        Self(classes.iter().map(|class| (class.id, kind(class))).collect())
     }
 
     /// The same where no class is part of the room; `None` where that is no different.
@@ -49,7 +53,7 @@ impl Kinds {
 
     /// Whether a class is a thing.
     pub(super) fn is_thing(&self, class: ClassId) -> bool {
-        self.0.contains_key(&class)
+        self.of(class).thing
     }
 
     /// The kind of a class.
@@ -63,27 +67,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn things_that_do_not_lie_flat_are_other_than_the_parts_of_the_room_that_have_classes() {
+    fn what_does_not_lie_flat_is_other_than_the_parts_of_the_room_that_have_classes() {
         let named = |names: &[&str]| {
             let classes: Vec<Class> = (1..).zip(names).map(|(id, name)| Class::new(id, *name)).collect();
             Kinds::new(&classes)
         };
-        let kinds = named(&["wall", "chair", "picture", "floor"]);
-        let [wall, chair, picture, _] = [1, 2, 3, 4].map(|class| kinds.of(class));
-        assert_eq!(wall, Kind::default());
+        let kinds = named(&["wall", "chair", "picture", "floor", "grass"]);
+        let [floor, wall] =
+            [RoomPart::Floor, RoomPart::Wall].map(|known| RoomPart::ALL.map(|part| part == known));
+        let both = RoomPart::ALL.map(|part| part != RoomPart::Ceiling);
+        let of_class = |class| kinds.of(class).other_than;
         assert_eq!(
-            chair.other_than,
-            RoomPart::ALL.map(|part| part != RoomPart::Ceiling)
+            [1, 2, 3, 4, 5].map(of_class),
+            [floor, both, Room::default(), wall, Room::default()]
         );
-        assert_eq!(
-            picture,
-            Kind {
-                ends: true,
-                ..Kind::default()
-            }
+        assert!(
+            [2, 3]
+                .map(|class| kinds.of(class))
+                .iter()
+                .all(|kind| kind.thing && kind.ends)
         );
-        assert_eq!(kinds.without_room().unwrap().of(2), picture);
+        assert_eq!(kinds.of(5), Kind::default());
+        assert_eq!(kinds.without_room().unwrap().of(2), kinds.of(3));
         assert_eq!(named(&["chair", "grass"]).without_room(), None);
-        assert_eq!(named(&["chair"]).of(1), Kind::default());
+        assert!(!named(&["chair"]).of(1).ends);
     }
 }

@@ -27,9 +27,10 @@ const SMALLNESS: f32 = 0.25;
 /// A thing ends: a label of one tells less of a larger region, by this times the logarithm of how many times more nodes it
 /// has.
 const LARGER: f32 = 0.5;
-/// Nor does it look like the room around it: a label of one tells so much less of what looks like a part of the room that has
-/// a class of its own.
+/// Nor does it look like the room around it, nor a part of the room like another one: a label of a thing, or of such a part,
+/// tells so much less of what looks like a part of the room that has another class.
 const ROOM: f32 = 2.0;
+const OTHER_PART: f32 = 4.0;
 /// So many other regions are kept of each that look most like it.
 const ALIKE: usize = 64;
 /// Most nodes of a region that stand for all of it.
@@ -154,9 +155,10 @@ impl Look {
     pub(super) fn reserve(&self, region: u32, labelled: u32, kind: Kind) -> f32 {
         let [a, b] = [region, labelled].map(|region| &self.descriptors[region as usize]);
         let larger = if kind.ends { a.nodes - b.nodes } else { 0.0 };
+        let room = if kind.thing { ROOM } else { OTHER_PART };
         SMALLNESS * (self.most_pixels - b.pixels)
             + LARGER * larger.max(0.0)
-            + ROOM * a.like_room(kind.other_than)
+            + room * a.like_room(kind.other_than)
     }
 }
 
@@ -216,13 +218,12 @@ mod tests {
         let [floor, other, stain, wall] = [0, 399, 209, 600].map(|node| look.region(node));
         assert_eq!(floor, other);
         assert_eq!(look.len(), 3);
-        let (stuff, thing) = (
-            Kind::default(),
-            Kind {
-                ends: true,
-                ..Kind::default()
-            },
-        );
+        let stuff = Kind::default();
+        let thing = Kind {
+            thing: true,
+            ends: true,
+            ..stuff
+        };
         assert_eq!(look.gap(floor, floor, thing), 0.0);
         assert!(look.gap(floor, wall, stuff) > 1.0);
         assert!(look.gap(floor, stain, stuff) > look.gap(stain, floor, stuff));
@@ -233,6 +234,9 @@ mod tests {
         let other = Kind { other_than, ..thing };
         assert!(look.gap(floor, stain, other) > look.gap(floor, stain, thing) + 0.9 * ROOM);
         assert_eq!(look.gap(wall, stain, other), look.gap(wall, stain, thing));
+        // So does one of the wall.
+        let part = Kind { other_than, ..stuff };
+        assert!(look.gap(floor, wall, part) > look.gap(floor, wall, stuff) + 0.9 * OTHER_PART);
     }
 
     #[test]
