@@ -103,6 +103,8 @@ fn spacing(style: &mut egui::Style) {
     spacing.combo_width = 96.0;
     spacing.tooltip_width = 320.0;
     spacing.menu_width = 240.0;
+    // Beside what it scrolls, not over it.
+    spacing.scroll.floating_allocated_width = GAP;
     style.interaction.tooltip_delay = 0.35;
     style.animation_time = 0.08;
     style.always_scroll_the_only_direction = true;

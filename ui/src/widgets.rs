@@ -218,11 +218,14 @@ fn turn(painter: &egui::Painter, center: Pos2, stroke: Stroke, side: f32) {
 pub fn swatch(painter: &egui::Painter, center: Pos2, color: [u8; 3], side: f32) {
     let rect = Rect::from_center_size(center, Vec2::splat(side));
     let [r, g, b] = color;
+    // So that it stands out from the panel however dark or pale it is.
+    let style = painter.ctx().global_style();
+    let edge = style.visuals.weak_text_color().gamma_multiply(0.4);
     painter.rect(
         rect,
         3,
         Color32::from_rgb(r, g, b),
-        Stroke::new(1.0, Color32::from_white_alpha(50)),
+        Stroke::new(1.0, edge),
         egui::StrokeKind::Inside,
     );
 }
