@@ -92,8 +92,14 @@ impl RoomPart {
     /// All of them.
     pub(crate) const ALL: [Self; 3] = [Self::Floor, Self::Ceiling, Self::Wall];
 
+    /// The part that a class of stuff is, if any; COCO-Stuff calls one "wall-brick".
+    pub(crate) fn of(class: &Class) -> Option<Self> {
+        let name = class.name.split('-').next()?;
+        Self::named(name).filter(|_| !class.thing)
+    }
+
     /// The part that a class with this name is, if any.
-    pub(crate) fn named(name: &str) -> Option<Self> {
+    fn named(name: &str) -> Option<Self> {
         let words = |part: &Self| match part {
             Self::Floor => "carpet floor flooring",
             Self::Ceiling => "ceiling",
@@ -270,6 +276,14 @@ mod tests {
         .map(RoomPart::named);
         let [wall, floor, ceiling] = [RoomPart::Wall, RoomPart::Floor, RoomPart::Ceiling].map(Some);
         assert_eq!(parts, [wall, floor, ceiling, None, None]);
+        let brick = |thing| Class {
+            thing,
+            ..Class::new(1, "wall-brick")
+        };
+        assert_eq!(
+            [false, true].map(|thing| RoomPart::of(&brick(thing))),
+            [wall, None]
+        );
         assert!(["ceiling light", "Windows"].into_iter().all(lies_flat));
         assert!(!["window seat", "chair"].into_iter().any(lies_flat));
     }

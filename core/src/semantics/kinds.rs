@@ -25,11 +25,10 @@ pub(super) type Room = [bool; RoomPart::ALL.len()];
 impl Kinds {
     /// Of these classes, by what is said of them and by their names.
     pub fn new(classes: &[Class]) -> Self {
-        let part = |class: &Class| RoomPart::named(&class.name).filter(|_| !class.thing);
-        let parts: Vec<RoomPart> = classes.iter().filter_map(part).collect();
+        let parts: Vec<RoomPart> = classes.iter().filter_map(RoomPart::of).collect();
         let has_stuff = classes.iter().any(|class| !class.thing);
         let kind = |class: &Class| {
-            let own = part(class);
+            let own = RoomPart::of(class);
             let stands_out = own.is_some() || (class.thing && !lies_flat(&class.name));
             Kind {
                 thing: class.thing,
