@@ -50,11 +50,6 @@ impl Kinds {
         (kinds != *self).then_some(kinds)
     }
 
-    /// Whether a class is a thing.
-    pub(super) fn is_thing(&self, class: ClassId) -> bool {
-        self.of(class).thing
-    }
-
     /// The kind of a class.
     pub fn of(&self, class: ClassId) -> Kind {
         self.0.get(&class).copied().unwrap_or_default()
@@ -80,12 +75,7 @@ mod tests {
             [1, 2, 3, 4, 5].map(of_class),
             [floor, both, Room::default(), wall, Room::default()]
         );
-        assert!(
-            [2, 3]
-                .map(|class| kinds.of(class))
-                .iter()
-                .all(|kind| kind.thing && kind.ends)
-        );
+        assert!([2, 3].into_iter().all(|class| kinds.of(class).ends));
         assert_eq!(kinds.of(5), Kind::default());
         assert_eq!(kinds.without_room().unwrap().of(2), kinds.of(3));
         assert_eq!(named(&["chair", "grass"]).without_room(), None);

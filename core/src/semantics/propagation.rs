@@ -403,7 +403,7 @@ impl LabelPropagation {
     /// What a stroke says that says this class.
     fn label(&self, (class, stroke): (ClassId, StrokeId)) -> Label {
         let object = self.strokes.get(&stroke).and_then(|stroke| stroke.object);
-        Label::new(class, object.filter(|_| self.kinds.is_thing(class)))
+        Label::new(class, object.filter(|_| self.kinds.of(class).thing))
     }
 
     /// The label of each labelled node: that of the latest stroke on it, or else that by trusted images. A stroke that says
