@@ -12,6 +12,7 @@ mod cpu;
 mod gpu;
 mod overlay;
 mod pick;
+mod shot;
 mod steering;
 mod targets;
 
@@ -36,9 +37,10 @@ use camera::{Ray, Sight, level_axes};
 use clicks::Told;
 use cloud::{Prepared, Preparer};
 use controls::Notice;
+use cpu::Rasteriser;
 use overlay::Mark;
+use shot::{Shot, SplatLook};
 use steering::Flight;
-use targets::SplatLook;
 
 /// Seconds without a movement after which the picture is refined.
 const REST: f64 = 0.15;
@@ -63,6 +65,8 @@ pub struct View3d {
     budget: SplatBudget,
     /// How many splats the renderer drew in the last frame.
     drawn: Arc<AtomicUsize>,
+    /// Draws them where there is no wgpu.
+    rasteriser: Option<Rasteriser>,
     /// The field as seen from the camera, while a layer of it is shown.
     field: Option<FieldViewer>,
     /// The scene's level axes.
@@ -93,6 +97,7 @@ impl View3d {
             thumbnails: Thumbnails::new(ctx.clone(), [192, 144]),
             budget: SplatBudget::default(),
             drawn: Arc::default(),
+            rasteriser: None,
             field: None,
             level: None,
             was_shown: false,
@@ -268,18 +273,25 @@ impl View3d {
             Some(objects) => self.object_colors.follow(&objects.entries, palette),
             None => palette,
         };
-        let Some(target) = target else {
-            cpu::draw(painter, prepared, &sight, look, palette);
-            return;
-        };
-        let since = ui.input(|input| input.unstable_dt);
-        let draw = gpu::Draw {
+        let shot = Shot {
             prepared: prepared.clone(),
             sight,
             look,
             palette: palette.clone(),
+        };
+        let since = ui.input(|input| input.unstable_dt);
+        let budget = self.budget.next(self.drawn.load(Ordering::Relaxed), since);
+        let Some(target) = target else {
+            let new = || Rasteriser::new(ui.ctx().clone());
+            let rasteriser = self.rasteriser.get_or_insert_with(new);
+            let drawn = rasteriser.paint(painter, &shot, moving, budget);
+            self.drawn.store(drawn, Ordering::Relaxed);
+            return;
+        };
+        let draw = gpu::Draw {
+            shot,
             moving,
-            budget: self.budget.next(self.drawn.load(Ordering::Relaxed), since),
+            budget,
             target,
             drawn: Arc::clone(&self.drawn),
             ctx: ui.ctx().clone(),

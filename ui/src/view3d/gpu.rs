@@ -11,33 +11,18 @@ use bytemuck::{Pod, Zeroable};
 use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 use glam::Mat4;
 use inplace_model::layer::Layer;
-use inplace_model::palette::{PALETTE_COLUMNS, Palette, Table};
+use inplace_model::palette::{PALETTE_COLUMNS, Table};
 use inplace_model::versioned::Versioned;
 use wgpu::util::DeviceExt;
 
-use super::camera::Sight;
 use super::cloud::{Prepared, Splat};
-use super::pick::SPLAT_RADIUS;
-use super::targets::{COLOR_FORMAT, DEPTH_FORMAT, Picture, SplatLook, Target};
+use super::shot::{LEAST_PIXELS, SPLAT_RADIUS, Shot};
+use super::targets::{COLOR_FORMAT, DEPTH_FORMAT, Target};
 use crate::gpu::{bind, is_older, pipeline, texture_of, uniform_buffer};
 
-/// Least radius of a splat in physical pixels.
-const LEAST_PIXELS: f32 = 0.8;
-/// A beginning of the splats is drawn at most so many times as large.
-const MOST_GROWTH: f32 = 4.0;
-/// More than their number asks for: a random part of the splats leaves holes between clumps.
-const CLUMPS: f32 = 1.3;
-
-/// One view of the splats.
+/// A view of the splats to draw.
 pub struct Draw {
-    /// The splats and what is known of them.
-    pub prepared: Prepared,
-    /// Where they are seen from, and where on the screen.
-    pub sight: Sight,
-    /// How they are coloured.
-    pub look: SplatLook,
-    /// The classes' colours.
-    pub palette: Versioned<Arc<Palette>>,
+    pub shot: Shot,
     /// Whether the camera is moving.
     pub moving: bool,
     /// Splats that may be drawn in this frame.
@@ -115,12 +100,12 @@ impl Renderer {
         pixels_per_point: f32,
     ) {
         self.upload(device, queue, draw);
-        let size = draw.size(pixels_per_point);
+        let size = draw.shot.size(pixels_per_point);
         if self.targets.as_ref().is_none_or(|[shown, _]| shown.size != size) {
             let target = || Target::new(device, size, &self.show_pipeline, &self.place_uniforms);
             self.targets = Some([target(), target()]);
         }
-        let area = draw.sight.area;
+        let area = draw.shot.sight.area;
         let place = PlaceUniforms {
             origin: [area.left(), area.top()].map(|v| (v * pixels_per_point).round()),
             linear_target: u32::from(draw.target.is_srgb()),
@@ -128,8 +113,8 @@ impl Renderer {
         };
         queue.write_buffer(&self.place_uniforms, 0, bytemuck::bytes_of(&place));
 
-        let total = draw.prepared.cloud.splats.len();
-        let wanted = draw.picture();
+        let total = draw.shot.splats();
+        let wanted = draw.shot.picture();
         let Some([shown, next]) = &mut self.targets else {
             return;
         };
@@ -143,13 +128,8 @@ impl Renderer {
             next.picture = None;
             shown.picture = Some(wanted);
             shown.drawn = 0;
-            let count = budget.min(total);
-            let sparse = if count < total {
-                CLUMPS * (total as f32 / count as f32).sqrt()
-            } else {
-                1.0
-            };
-            (0..count, sparse.min(MOST_GROWTH))
+            let (count, growth) = draw.shot.beginning(budget);
+            (0..count, growth)
         } else {
             // One that was begun is finished, even if there are newer values: those come next.
             if !same_view(next) || next.drawn >= total {
@@ -160,9 +140,9 @@ impl Renderer {
         };
         let coarse = next.picture.is_none();
         let target = if coarse { shown } else { next };
-        let uniforms = draw.uniforms(growth, pixels_per_point);
+        let uniforms = draw.shot.uniforms(growth, pixels_per_point);
         queue.write_buffer(&self.splat_uniforms, 0, bytemuck::bytes_of(&uniforms));
-        let mut pass = target.pass(encoder, draw.look.background);
+        let mut pass = target.pass(encoder, draw.shot.look.background);
         if let (Some(splats), Some(values), Some(palette)) = (&self.splats, &self.values, &self.palette) {
             pass.set_pipeline(&self.splat_pipeline);
             pass.set_bind_group(0, &**palette, &[]);
@@ -185,7 +165,7 @@ impl Renderer {
     }
 
     fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, draw: &Draw) {
-        let Prepared { cloud, values, .. } = &draw.prepared;
+        let Prepared { cloud, values, .. } = &draw.shot.prepared;
         let vertices = |contents: &[u8]| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("splats"),
@@ -201,7 +181,7 @@ impl Renderer {
             let buffer = vertices(bytemuck::cast_slice(&values.values));
             self.values = Some(Versioned::with(buffer, values.version));
         }
-        let palette = &draw.palette;
+        let palette = &draw.shot.palette;
         let version = palette.version();
         if is_older(&self.palette, version) {
             let size = [PALETTE_COLUMNS as u32, palette.rows() as u32];
@@ -245,23 +225,7 @@ fn splat_pipeline(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu::R
     )
 }
 
-impl Draw {
-    /// Size of the picture in physical pixels.
-    fn size(&self, pixels_per_point: f32) -> [u32; 2] {
-        let size = self.sight.area.size() * pixels_per_point;
-        [size.x, size.y].map(|v| v.round().clamp(1.0, 8192.0) as u32)
-    }
-
-    fn picture(&self) -> Picture {
-        Picture {
-            clip_from_world: self.sight.clip_from_world(),
-            cloud: self.prepared.cloud.version,
-            values: self.prepared.values.version,
-            palette: self.palette.version(),
-            look: self.look,
-        }
-    }
-
+impl Shot {
     fn uniforms(&self, growth: f32, pixels_per_point: f32) -> SplatUniforms {
         let palette = &self.palette;
         let clip_from_world: Mat4 = self.sight.clip_from_world();

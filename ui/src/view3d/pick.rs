@@ -9,10 +9,9 @@ use inplace_core::semantics::best_view;
 
 use super::camera::{NEAR, Ray};
 use super::cloud::Cloud;
+use super::shot::SPLAT_RADIUS;
 use crate::background::{Desk, Gone};
 
-/// Radius of a splat, in sides of its voxel: neighbours overlap.
-pub const SPLAT_RADIUS: f32 = 0.72;
 /// Among splats that are hardly farther than the nearest, in sides of its voxel, the one that the ray passes closest
 /// counts.
 const SAME_SURFACE: f32 = 2.0;

@@ -1,52 +1,12 @@
 //! A picture that splats are drawn into, and what it shows.
 
-use glam::Mat4;
-use inplace_model::layer::Layer;
-use inplace_model::versioned::Version;
-
+use super::shot::Picture;
 use crate::gpu::{bind, texture_descriptor, view};
 
 /// Of a picture's colours.
 pub const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Of a picture's depths.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-
-/// How the splats are coloured, and which of them are drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SplatLook {
-    /// What lies over their colour.
-    pub layer: Layer,
-    /// How much it covers, 0..=1.
-    pub opacity: f32,
-    /// Whether splats that face away are left out.
-    pub see_through: bool,
-    /// What is behind them.
-    pub background: egui::Color32,
-}
-
-/// All that a picture depends on, but for its size.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    pub clip_from_world: Mat4,
-    /// Version of the splats.
-    pub cloud: Version,
-    /// Version of what is known of them.
-    pub values: Version,
-    /// Version of the classes' colours.
-    pub palette: Version,
-    /// How they are coloured.
-    pub look: SplatLook,
-}
-
-impl Picture {
-    /// Whether another picture shows the same splats at the same places, be it in other colours.
-    pub fn same_view(&self, other: &Self) -> bool {
-        self.clip_from_world == other.clip_from_world
-            && self.cloud == other.cloud
-            && self.look.see_through == other.look.see_through
-            && self.look.background == other.look.background
-    }
-}
 
 /// A colour texture with depth.
 pub struct Target {

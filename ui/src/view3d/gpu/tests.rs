@@ -1,55 +1,17 @@
-use egui::{Rect, pos2, vec2};
 use egui_kittest::wgpu::{create_render_state, default_wgpu_setup};
 use egui_wgpu::RenderState;
-use glam::Quat;
-use inplace_core::labels::Class;
-use inplace_core::semantics::Posterior;
-use inplace_model::space::{Direction, OrbitCamera};
-use inplace_model::workspace::LabelledSurface;
 
-use super::super::cloud::tests::floor;
-use super::super::cloud::{Cloud, Values};
+use super::super::cpu::raster;
+use super::super::shot::tests::{BACKGROUND, CLASS, floor_from};
 use super::*;
 
 /// Side of the pictures: their rows are as long as a copy into a buffer asks for.
 const SIDE: u32 = 64;
-const CLASS: [u8; 3] = [40, 200, 90];
-const BACKGROUND: [u8; 3] = [9, 9, 9];
 
-/// A floor of one class, seen from straight above or straight below.
+/// A floor, seen from straight above or straight below.
 fn draw(above: bool, budget: usize, moving: bool) -> Draw {
-    let surface = floor(40);
-    let cloud = Arc::new(Cloud::new(&surface));
-    let posterior = Arc::new(Posterior {
-        labels: vec![3; surface.graph.len()],
-        entropy: vec![0; surface.graph.len()],
-        ..Posterior::default()
-    });
-    let values = Arc::new(Values::new(&cloud, &posterior, None));
-    let pitch = if above { -1.5 } else { 1.5 };
-    let direction = Direction { yaw: 0.0, pitch };
-    let camera = OrbitCamera::fitted(cloud.ball, direction, Quat::IDENTITY);
-    let mut class = Class::new(3, "floor");
-    class.color = CLASS;
-    let [r, g, b] = BACKGROUND;
     Draw {
-        prepared: Prepared {
-            cloud,
-            values,
-            surface: LabelledSurface { surface, posterior },
-            objects: None,
-        },
-        sight: Sight::new(
-            &camera,
-            Rect::from_min_size(pos2(7.0, 5.0), vec2(SIDE as f32, SIDE as f32)),
-        ),
-        look: SplatLook {
-            layer: Layer::Labels,
-            opacity: 1.0,
-            see_through: true,
-            background: egui::Color32::from_rgb(r, g, b),
-        },
-        palette: Versioned::new(Palette::new(&[class])),
+        shot: floor_from(above, SIDE),
         moving,
         budget,
         target: wgpu::TextureFormat::Rgba8Unorm,
@@ -132,14 +94,31 @@ fn splats_cover_their_surface_in_the_colour_of_their_class_and_not_from_behind()
 }
 
 #[test]
+fn the_processor_draws_the_same() {
+    for above in [true, false] {
+        let draw = draw(above, usize::MAX, false);
+        let by_gpu = Stand::new().frame(&draw);
+        let own = raster(&draw.shot, [SIDE, SIDE], draw.shot.splats(), 1.0);
+        let own = own.pixels.iter().map(|pixel| pixel.to_array());
+        let differ = own.zip(&by_gpu).filter(|([r, g, b, _], other)| {
+            [*r, *g, *b]
+                .into_iter()
+                .zip(**other)
+                .any(|(a, b)| a.abs_diff(b) > 3)
+        });
+        let differ = differ.count();
+        assert!(differ < by_gpu.len() / 50, "{differ}");
+    }
+}
+
+#[test]
 fn a_picture_drawn_over_several_frames_is_the_one_drawn_at_once() {
     let (mut stand, mut other) = (Stand::new(), Stand::new());
     let whole = draw(true, usize::MAX, false);
     let at_once = stand.frame(&whole);
     // The same splats, so that the picture that was begun goes on.
     let part = |moving| Draw {
-        prepared: whole.prepared.clone(),
-        palette: whole.palette.clone(),
+        shot: whole.shot.clone(),
         ..draw(true, 500, moving)
     };
     let moving = part(true);
