@@ -5,8 +5,9 @@ mod candidates;
 mod effect;
 pub(crate) mod outline;
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{self, AtomicBool};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -114,47 +115,70 @@ pub fn suggest(
         posterior,
         class_weights: &weights,
     };
-    let mut ranked: Vec<(f32, Effect)> = Vec::new();
+    let ranked_after = |picks: usize, effect: Effect| Ranked {
+        score: away(effect.node) * effect.value,
+        effect,
+        picks,
+    };
+    let mut ranked: Vec<Ranked> = Vec::new();
     let mut visits = 0;
     // In blocks, so that the result does not depend on the number of threads.
     for block in candidates(graph, &unclear, promise, away).chunks(BLOCK) {
         let effect = |search: &mut EffectSearch<'_>, &node: &u32| {
-            let is_wanted = !cancelled.load(Ordering::Relaxed);
-            is_wanted.then(|| search.effect(node))
+            let is_wanted = !cancelled.load(atomic::Ordering::Relaxed);
+            is_wanted.then(|| search.effect(node, |_| true))
         };
         let effects = block.par_iter().map_init(|| EffectSearch::new(known), effect);
         let effects: Vec<Effect> = effects.collect::<Option<_>>()?;
         visits += effects.iter().map(|effect| effect.visits).sum::<usize>();
-        ranked.extend(
-            effects
-                .into_iter()
-                .map(|effect| (away(effect.node) * effect.value, effect)),
-        );
+        ranked.extend(effects.into_iter().map(|effect| ranked_after(0, effect)));
         if visits > MOST_VISITS {
             break;
         }
     }
-    ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.node.cmp(&b.1.node)));
 
+    // Of places whose labels would settle the same, the second is worth only what the first leaves. Values only fall, so that
+    // those of a few have to be computed anew (lazy greedy, Minoux 1978).
     let mut region_of = vec![NO_REGION; graph.len()];
     let mut picks: Vec<u32> = Vec::new();
-    for (_, effect) in ranked {
+    let mut search = EffectSearch::new(known);
+    while picks.len() < MOST
+        && let Some(best) = (0..ranked.len()).max_by(|&a, &b| ranked[a].compare(&ranked[b]))
+    {
+        let Ranked {
+            effect, picks: known, ..
+        } = ranked.swap_remove(best);
         let close = |&pick: &u32| position(pick).distance(position(effect.node)) < APART;
         if region_of[effect.node as usize] != NO_REGION || picks.iter().any(close) {
             continue;
         }
+        if known < picks.len() {
+            let effect = search.effect(effect.node, |node| region_of[node as usize] == NO_REGION);
+            ranked.push(ranked_after(picks.len(), effect));
+            continue;
+        }
         for &node in &effect.settled {
-            let region = &mut region_of[node as usize];
-            if *region == NO_REGION {
-                *region = picks.len() as u8;
-            }
+            region_of[node as usize] = picks.len() as u8;
         }
         picks.push(effect.node);
-        if picks.len() == MOST {
-            break;
-        }
     }
     Some(describe((scene, only), propagation, &picks, &region_of))
+}
+
+/// A candidate with its score.
+struct Ranked {
+    score: f32,
+    effect: Effect,
+    /// How many picks the score takes into account.
+    picks: usize,
+}
+
+impl Ranked {
+    /// By the score; of equal ones the first node is greater.
+    fn compare(&self, other: &Self) -> Ordering {
+        let by_score = self.score.total_cmp(&other.score);
+        by_score.then(other.effect.node.cmp(&self.effect.node))
+    }
 }
 
 /// Not in any region.

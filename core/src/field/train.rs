@@ -346,7 +346,8 @@ impl Trainer {
             exposure.set(&saved.to_device(exposure.device())?)?;
         }
         self.steps = steps;
-        self.error = self.evaluate()?;
+        // The error of a field that has learnt nothing yet would tell nothing.
+        self.error = if steps > 0 { self.evaluate()? } else { None };
         self.checkpoint = Checkpoint::of(&self.field, &self.occupancy)?;
         Ok(())
     }

@@ -70,8 +70,8 @@ impl<'a> EffectSearch<'a> {
     /// ```
     ///
     /// where p are the probabilities now and p' those with a label of c at the place, l is the class of y now, a the
-    /// number of pixels that show y, and k the mean weight of the pixels of c and l.
-    pub(super) fn effect(&mut self, place: u32) -> Effect {
+    /// number of pixels that show y, and k the mean weight of the pixels of c and l. Only nodes that are `open` count.
+    pub(super) fn effect(&mut self, place: u32, open: impl Fn(u32) -> bool) -> Effect {
         let Context {
             graph,
             evidence,
@@ -102,9 +102,11 @@ impl<'a> EffectSearch<'a> {
                 Some((look, kind)) => stretched(distance, look.stretch(node, place, kind)),
                 None => distance,
             };
-            self.add_gains(node, counting, &mut outcomes);
-            if counting <= SETTLED * to_label(node) {
-                effect.settled.push(node);
+            if open(node) {
+                self.add_gains(node, counting, &mut outcomes);
+                if counting <= SETTLED * to_label(node) {
+                    effect.settled.push(node);
+                }
             }
             effect.visits += 1;
             if effect.visits == MOST_FOLLOWED {
@@ -205,6 +207,11 @@ mod tests {
     /// The effect of a label at a node of a row of five, which are a step apart but for the last, which is far, with
     /// classes 1 and 2 and these labels.
     fn effect(labels: &[(u32, ClassId)], place: u32) -> Effect {
+        effect_on(0b11111, labels, place)
+    }
+
+    /// The same on the nodes whose bits are set.
+    fn effect_on(open: u32, labels: &[(u32, ClassId)], place: u32) -> Effect {
         let graph = joined(5, &[(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0), (3, 4, 100.0)]);
         let mut geodesics = ClassGeodesics::default();
         geodesics.update(
@@ -222,8 +229,8 @@ mod tests {
             evidence,
         };
         let mut search = EffectSearch::new(known);
-        search.effect(place);
-        search.effect(place)
+        search.effect(place, |_| true);
+        search.effect(place, |node| open & 1 << node != 0)
     }
 
     #[test]
@@ -232,6 +239,18 @@ mod tests {
         assert_eq!(found.settled, [3, 2]);
         assert_eq!(found.visits, 3, "the last is nearer to it, too");
         assert_eq!(effect(&[], 1).settled.len(), 5, "without labels all");
+    }
+
+    #[test]
+    fn what_is_settled_otherwise_does_not_count() {
+        let whole = effect(&[(0, 1)], 3);
+        let rest = effect_on(0b01111, &[(0, 1)], 3);
+        assert!(0.0 < rest.value && rest.value < whole.value);
+        let none = effect_on(0, &[(0, 1)], 3);
+        assert_eq!(
+            (none.value, none.settled.len(), none.visits),
+            (0.0, 0, whole.visits)
+        );
     }
 
     #[test]
