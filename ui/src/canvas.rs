@@ -337,8 +337,9 @@ impl Canvas {
             && model.settings.legend
             && !model.overlay_hidden
         {
+            let asked: Vec<Pos2> = overlay::asked(workspace, placement).collect();
             for (side, &part) in parts.iter().enumerate() {
-                legend::show(ui, (workspace, known), side, part);
+                legend::show(ui, (workspace, known), side, part, &asked);
             }
         }
         self.covered = split::show(ui, rect, (&model.settings, model.is_compared()), commands);

@@ -25,6 +25,8 @@ const WIDEST: f32 = 288.0;
 const SWATCH: f32 = 12.0;
 const FONT: f32 = 12.0;
 const BAR: egui::Vec2 = vec2(160.0, 10.0);
+/// About how far the marker of a place reaches, in points.
+const MARKER: f32 = 16.0;
 /// Legends lie on images, so they are the same in both themes.
 const BACKGROUND: Color32 = Color32::from_rgba_premultiplied(12, 13, 15, 215);
 const TEXT: Color32 = Color32::from_rgb(236, 239, 244);
@@ -45,8 +47,8 @@ enum Row {
     Note(String),
 }
 
-/// Draws the legend of a part of the canvas.
-pub fn show(ui: &Ui, known: (&Workspace, &FrameView), side: usize, part: Part) {
+/// Draws the legend of a part of the canvas, where it does not lie over a place on screen that is `asked` about.
+pub fn show(ui: &Ui, known: (&Workspace, &FrameView), side: usize, part: Part, asked: &[Pos2]) {
     let room = part.clip.height() - 2.0 * theme::GAP - 2.0 * PADDING;
     let lines = (room / LINE).floor().max(0.0) as usize;
     // On a small canvas the image matters more.
@@ -65,7 +67,8 @@ pub fn show(ui: &Ui, known: (&Workspace, &FrameView), side: usize, part: Part) {
     let corner = part.clip.left_bottom() + vec2(theme::GAP, -theme::GAP - size.y);
     let rect = Rect::from_min_size(corner, size);
     // What is under the legend can be seen by pointing at it, and labelled, as hovering takes no clicks.
-    if !ui.rect_contains_pointer(rect) {
+    let around = rect.expand(MARKER);
+    if !ui.rect_contains_pointer(rect) && !asked.iter().any(|&place| around.contains(place)) {
         painter.rect_filled(rect, 6, BACKGROUND);
         for (index, row) in rows.iter().enumerate() {
             let top = rect.top() + PADDING + index as f32 * LINE;

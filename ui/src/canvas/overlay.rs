@@ -192,10 +192,25 @@ fn ring(painter: &Painter, center: Pos2) {
 
 /// The place of the audit that keys judge, on the frame in view.
 pub fn audited(painter: &Painter, workspace: &Workspace, placement: Placement) {
-    let place = workspace.auditing.at.and_then(|at| workspace.audited_place(at));
-    if let Some((_, pixel)) = place {
+    if let Some(pixel) = audited_pixel(workspace) {
         ring(painter, placement.pixel_center(pixel));
     }
+}
+
+fn audited_pixel(workspace: &Workspace) -> Option<Pixel> {
+    let place = workspace.auditing.at.and_then(|at| workspace.audited_place(at));
+    place.map(|(_, pixel)| pixel)
+}
+
+/// Where on screen something is asked on the frame in view: at the suggestion at hand, or by the audit.
+pub fn asked(workspace: &Workspace, placement: Placement) -> impl Iterator<Item = Pos2> {
+    let list = workspace.suggestions();
+    let at_hand = list.at().and_then(|at| list.listed.get(at));
+    let suggested = at_hand.filter(|suggestion| suggestion.frame == workspace.frame_index);
+    let pixels = suggested.map(|suggestion| suggestion.pixel).into_iter();
+    pixels
+        .chain(audited_pixel(workspace))
+        .map(move |pixel| placement.pixel_center(pixel))
 }
 
 /// Writes a sentence in the middle of a part of the canvas.
