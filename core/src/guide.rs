@@ -153,6 +153,9 @@ pub fn suggest(
             continue;
         }
         if known < picks.len() {
+            if cancelled.load(atomic::Ordering::Relaxed) {
+                return None;
+            }
             let effect = search.effect(effect.node, |node| region_of[node as usize] == NO_REGION);
             ranked.push(ranked_after(picks.len(), effect));
             continue;

@@ -14,6 +14,9 @@ use super::shot::{LEAST_PIXELS, Picture, SPLAT_RADIUS, Shot, SplatLook};
 use crate::background::{Background, Desk, Gone};
 use crate::canvas::mix;
 
+/// Most pixels of a picture while the camera moves: the window's thread draws it.
+const MOST_PIXELS: f32 = 600_000.0;
+
 /// What is drawn, and how large in physical pixels.
 type Wanted = (Picture, [u32; 2]);
 
@@ -56,8 +59,11 @@ impl Rasteriser {
         let as_wanted = |shown: &Shown| shown.wanted == wanted && (shown.whole || moving);
         if !self.shows_view_of(&wanted) || moving && !self.shown.as_ref().is_some_and(as_wanted) {
             let (count, growth) = shot.beginning(budget);
-            let image = raster(shot, wanted.1, count, growth);
-            self.show(ctx, wanted, image, count == shot.splats());
+            let [width, height] = wanted.1;
+            let coarser = ((width * height) as f32 / MOST_PIXELS).sqrt().ceil().max(1.0) as u32;
+            let size = wanted.1.map(|side| side.div_ceil(coarser));
+            let image = raster(shot, size, count, growth);
+            self.show(ctx, wanted, image, count == shot.splats() && coarser == 1);
             self.asked = None;
             drawn = count;
             ctx.request_repaint();
