@@ -1,6 +1,5 @@
 //! Density and colour of the scene, learnt from its pixels without any label.
 
-mod backend;
 mod capacity;
 mod encoding;
 mod exposure;
@@ -14,12 +13,11 @@ mod train;
 mod visibility;
 mod volume;
 
-pub use backend::Backend;
 pub(crate) use capacity::median;
 pub use capacity::{Capacity, Preset};
 pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
-pub use model::RadianceField;
 pub(crate) use model::is_alike;
+pub use model::{Backend, RadianceField};
 pub use occupancy::OccupancyGrid;
 pub use rays::{Ray, Samples, Sampling};
 pub use render::{RenderedRay, camera_rays, frame_rays, render_rays};

@@ -51,7 +51,7 @@ fn a_step_under_way_allocates_hardly_anything_large() {
     for depth in [true, false] {
         let path = Backend::Fused(Dispatch::detect());
         let mut trainer = Trainer::on(
-            &path,
+            path,
             Arc::new(room(depth)),
             (Preset::Fast, 1.0),
             Recipe::default(),

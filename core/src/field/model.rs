@@ -9,7 +9,23 @@ use rand::{Rng, SeedableRng, rngs::SmallRng};
 use super::kernels::{
     self, Adam, Buffers, Dispatch, Evaluated, GEOMETRY_FEATURES, NetworkShape, Parameters, Wanted,
 };
-use super::{Backend, Capacity, GridShape, Samples, Volume, plain};
+use super::{Capacity, GridShape, Samples, Volume, plain};
+
+/// A way to compute a field. All give the same numbers up to rounding.
+#[derive(Clone, Copy, Debug)]
+pub enum Backend {
+    /// The fused kernels, on this vector unit. The processor must have it.
+    Fused(Dispatch),
+    /// Plain candle ops, which the kernels are held against.
+    Plain,
+}
+
+impl Default for Backend {
+    /// The fastest.
+    fn default() -> Self {
+        Self::Fused(Dispatch::detect())
+    }
+}
 
 /// Density, geometry features and colour at any point of a volume (Semantic-NeRF, Fig. 2, with the
 /// positional encoding and trunk replaced by a hash grid and a one-hidden-layer network).
@@ -34,8 +50,8 @@ impl RadianceField {
     /// A field with random parameters, the same on every backend.
     ///
     /// # Errors
-    /// Errors of the device, such as a lack of memory.
-    pub fn new(volume: Volume, capacity: &Capacity, seed: u64, backend: &Backend) -> Result<Self> {
+    /// Candle's.
+    pub fn new(volume: Volume, capacity: &Capacity, seed: u64, backend: Backend) -> Result<Self> {
         let mut rng = SmallRng::seed_from_u64(seed ^ 0x5_eedf_1e1d);
         let grid = capacity.grid();
         let shape = NetworkShape {
@@ -51,12 +67,11 @@ impl RadianceField {
             let bound = (6.0 / (inputs + outputs) as f32).sqrt();
             weights.extend((0..inputs * outputs).map(|_| rng.random_range(-bound..bound)));
         }
-        let device = backend.device();
-        let table = Tensor::from_vec(table, (grid.rows(), 2), &device)?;
-        let weights = Tensor::from_vec(weights, shape.weights(), &device)?;
+        let table = Tensor::from_vec(table, (grid.rows(), 2), &Device::Cpu)?;
+        let weights = Tensor::from_vec(weights, shape.weights(), &Device::Cpu)?;
         let engine = match backend {
-            Backend::Fused(dispatch) => Engine::Fused(*dispatch, Buffers::new(&grid)?),
-            Backend::Plain(_) => Engine::Plain,
+            Backend::Fused(dispatch) => Engine::Fused(dispatch, Buffers::new(&grid)?),
+            Backend::Plain => Engine::Plain,
         };
         Ok(Self {
             volume,
@@ -66,11 +81,6 @@ impl RadianceField {
             table: Var::from_tensor(&table)?,
             weights: Var::from_tensor(&weights)?,
         })
-    }
-
-    /// The device of the parameters and of the tensors of [`RadianceField::render`].
-    pub fn device(&self) -> &Device {
-        self.table.device()
     }
 
     /// The part of the world that it models.
@@ -101,10 +111,10 @@ impl RadianceField {
     /// copied from.
     ///
     /// # Errors
-    /// Errors of the device, such as a lack of memory; nothing is changed then.
+    /// Candle's; nothing is changed then.
     pub fn grow(&mut self) -> Result<Vec<u32>> {
         let (grid, sources) = self.grid.doubled();
-        let rows = Tensor::from_slice(&sources, sources.len(), self.device())?;
+        let rows = Tensor::from_slice(&sources, sources.len(), &Device::Cpu)?;
         let table = Var::from_tensor(&self.table.index_select(&rows, 0)?)?;
         if let Engine::Fused(_, buffers) = &mut self.engine {
             *buffers = Buffers::new(&grid)?;
@@ -115,15 +125,8 @@ impl RadianceField {
     }
 
     /// Optimisers of the table and of the weights.
-    ///
-    /// # Errors
-    /// Errors of the device, such as a lack of memory.
-    pub fn optimisers(&self) -> Result<[Adam; 2]> {
-        let [table, weights] = [&self.table, &self.weights];
-        Ok(match self.engine {
-            Engine::Fused(..) => [Adam::new(table), Adam::new(weights)],
-            Engine::Plain => [Adam::plain(table)?, Adam::plain(weights)?],
-        })
+    pub fn optimisers(&self) -> [Adam; 2] {
+        [Adam::new(&self.table), Adam::new(&self.weights)]
     }
 
     /// Trainable parameters.
@@ -141,7 +144,7 @@ impl RadianceField {
     /// the table by [`RadianceField::table_gradient`].
     ///
     /// # Errors
-    /// `gaps` of another length than the samples; errors of the device.
+    /// `gaps` of another length than the samples; candle's.
     pub fn render(&self, samples: Arc<Samples>, gaps: Vec<f32>) -> Result<Tensor> {
         match &self.engine {
             Engine::Fused(dispatch, buffers) => {
@@ -154,7 +157,7 @@ impl RadianceField {
     /// Density, and colours and features where wanted, at samples; without gradients.
     ///
     /// # Errors
-    /// Errors of the device, such as a lack of memory.
+    /// Candle's.
     pub fn evaluate(&self, samples: &Samples, wanted: Wanted) -> Result<Evaluated> {
         let mut evaluated = Evaluated::default();
         self.evaluate_into(samples, wanted, &mut evaluated)?;
@@ -213,7 +216,7 @@ pub(super) fn restore(named: &[(&str, &Var)], tensors: &HashMap<String, Tensor>)
         }
     }
     for ((_, var), tensor) in named.iter().zip(found) {
-        var.set(&tensor.to_device(var.device())?)?;
+        var.set(tensor)?;
     }
     Ok(())
 }

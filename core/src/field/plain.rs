@@ -1,5 +1,5 @@
-//! The radiance field in plain candle ops, differentiated by candle: for devices other than the CPU, and
-//! what the fused kernels are tested against.
+//! The radiance field in plain candle ops, differentiated by candle: what the
+//! fused kernels are held against.
 
 use std::ops::Range;
 
@@ -26,20 +26,19 @@ const CORNERS: usize = 8;
 /// # Errors
 /// `gaps` of another length than the samples; parameters of other shapes.
 pub fn render(parameters: Parameters, samples: &Samples, gaps: &[f32]) -> Result<Tensor> {
-    let device = parameters.table.device();
     let count = samples.len();
     if gaps.len() != count {
         bail!("{} gaps for {count} samples", gaps.len());
     }
     if count == 0 {
         let width = VALUE_CHANNELS + EXTRA;
-        return Tensor::zeros((samples.packing.rays(), width), DType::F32, device);
+        return Tensor::zeros((samples.packing.rays(), width), DType::F32, &Device::Cpu);
     }
     let network = WeightMatrices::new(parameters.shape, parameters.weights)?;
     let encoding = encode(parameters.grid, parameters.table, samples, 0..count)?;
     let (density, features) = network.geometry(&encoding)?;
-    let color = network.color(&features, &directions(samples, 0..count, device)?)?;
-    let gaps = Tensor::from_slice(gaps, (count, 1), device)?;
+    let color = network.color(&features, &directions(samples, 0..count)?)?;
+    let gaps = Tensor::from_slice(gaps, (count, 1), &Device::Cpu)?;
     composite(&samples.packing, &density, &Tensor::cat(&[color, gaps], 1)?)
 }
 
@@ -63,7 +62,7 @@ pub fn evaluate(
         let (density, features) = network.geometry(&encoding)?;
         into.density.extend(flat(&density)?);
         if wanted.color {
-            let directions = directions(samples, range, table.device())?;
+            let directions = directions(samples, range)?;
             into.color.extend(flat(&network.color(&features, &directions)?)?);
         }
         if wanted.features {
@@ -110,10 +109,9 @@ pub(super) fn encode(
                 }
             }
         });
-    let device = table.device();
-    let rows = Tensor::from_vec(rows, cells * CORNERS, device)?;
+    let rows = Tensor::from_vec(rows, cells * CORNERS, &Device::Cpu)?;
     let shape = (cells * CORNERS, FEATURES_PER_LEVEL);
-    let weights = Tensor::from_slice(bytemuck::cast_slice::<_, f32>(&weights), shape, device)?;
+    let weights = Tensor::from_slice(bytemuck::cast_slice::<_, f32>(&weights), shape, &Device::Cpu)?;
     table
         .index_select(&rows, 0)?
         .mul(&weights)?
@@ -123,14 +121,14 @@ pub(super) fn encode(
 }
 
 /// Direction features of some samples' rays, `[n, DIRECTION_FEATURES]`.
-fn directions(samples: &Samples, range: Range<usize>, device: &Device) -> Result<Tensor> {
+fn directions(samples: &Samples, range: Range<usize>) -> Result<Tensor> {
     let count = range.len();
     let rays = &ray_of_samples(&samples.packing)[range];
     let flat: Vec<f32> = rays
         .iter()
         .flat_map(|&ray| *samples.direction(ray as usize))
         .collect();
-    Tensor::from_vec(flat, (count, DIRECTION_FEATURES), device)
+    Tensor::from_vec(flat, (count, DIRECTION_FEATURES), &Device::Cpu)
 }
 
 /// The weight matrices, `[inputs, outputs]` each.
@@ -182,17 +180,19 @@ impl WeightMatrices {
 /// - value = sum_i w_i v_i; ray length = sum_i w_i t_i; opacity = sum_i w_i
 /// - distortion = sum_ij w_i w_j |t_i - t_j| + sum_i w_i^2 dt_i / 3 (Barron et al. 2022, Eq. 15)
 fn composite(packing: &RayPacking, density: &Tensor, values: &Tensor) -> Result<Tensor> {
-    let device = density.device();
     let slots = Slots::new(packing);
     let (rays, longest) = (packing.rays(), slots.longest);
-    let t = Tensor::from_vec(slots.t, (rays, longest), device)?;
-    let dt = Tensor::from_vec(slots.dt, (rays, longest), device)?;
-    let sample = Tensor::from_vec(slots.sample, rays * longest, device)?;
-    let of_sample = Tensor::from_vec(slots.of_sample, packing.samples(), device)?;
+    let t = Tensor::from_vec(slots.t, (rays, longest), &Device::Cpu)?;
+    let dt = Tensor::from_vec(slots.dt, (rays, longest), &Device::Cpu)?;
+    let sample = Tensor::from_vec(slots.sample, rays * longest, &Device::Cpu)?;
+    let of_sample = Tensor::from_vec(slots.of_sample, packing.samples(), &Device::Cpu)?;
 
     // Right-multiplied by this, [rays, longest] becomes the sums over earlier samples.
-    let earlier =
-        Tensor::triu2(longest, DType::F32, device)?.sub(&Tensor::eye(longest, DType::F32, device)?)?;
+    let earlier = Tensor::triu2(longest, DType::F32, &Device::Cpu)?.sub(&Tensor::eye(
+        longest,
+        DType::F32,
+        &Device::Cpu,
+    )?)?;
     let optical_depth = density
         .index_select(&sample, 0)?
         .reshape((rays, longest))?
@@ -211,8 +211,8 @@ fn composite(packing: &RayPacking, density: &Tensor, values: &Tensor) -> Result<
 
     let of_sample = weights.flatten_all()?.index_select(&of_sample, 0)?.unsqueeze(1)?;
     let values = values.broadcast_mul(&of_sample)?;
-    let ray_of = Tensor::from_vec(ray_of_samples(packing), packing.samples(), device)?;
-    let sums = Tensor::zeros((rays, values.dim(1)?), DType::F32, device)?;
+    let ray_of = Tensor::from_vec(ray_of_samples(packing), packing.samples(), &Device::Cpu)?;
+    let sums = Tensor::zeros((rays, values.dim(1)?), DType::F32, &Device::Cpu)?;
     let values = sums.index_add(&ray_of, &values, 0)?;
     let [length, opacity, distortion] = [moments, weights, distortion].map(|sum| sum.sum_keepdim(1));
     Tensor::cat(&[values, length?, opacity?, distortion?], 1)

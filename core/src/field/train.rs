@@ -96,7 +96,7 @@ impl Trainer {
     /// Starts a field for a scene on the fastest backend.
     ///
     /// # Errors
-    /// As [`Backend::best`], and a lack of memory.
+    /// Candle's.
     pub fn new(scene: Arc<Scene>, preset: Preset, seed: u64) -> Result<Self> {
         Self::scaled(scene, preset, 1.0, seed)
     }
@@ -106,15 +106,15 @@ impl Trainer {
     /// # Errors
     /// As [`Trainer::new`].
     pub fn scaled(scene: Arc<Scene>, preset: Preset, size: f32, seed: u64) -> Result<Self> {
-        Self::on(&Backend::best()?, scene, (preset, size), Recipe::default(), seed)
+        Self::on(Backend::default(), scene, (preset, size), Recipe::default(), seed)
     }
 
     /// The same on this backend and by this recipe.
     ///
     /// # Errors
-    /// Errors of the device, such as a lack of memory.
+    /// Candle's.
     pub fn on(
-        backend: &Backend,
+        backend: Backend,
         scene: Arc<Scene>,
         (preset, size): (Preset, f32),
         recipe: Recipe,
@@ -135,8 +135,8 @@ impl Trainer {
             frames,
             recipe.has(LossPart::Smoothness) && !scene.has_depth(),
         );
-        let exposure = Exposure::new(scene.frames.len(), field.device())?;
-        let [table_optimiser, weights_optimiser] = field.optimisers()?;
+        let exposure = Exposure::new(scene.frames.len())?;
+        let [table_optimiser, weights_optimiser] = field.optimisers();
         let checkpoint = Checkpoint::of(&field, &occupancy)?;
         Ok(Self {
             schedule: Schedule::new(capacity.steps, capacity.doublings()),
@@ -286,7 +286,7 @@ impl Trainer {
     /// The error on held-out pixels; `None` where the scene is too small to hold a frame out.
     ///
     /// # Errors
-    /// None on the CPU short of a lack of memory.
+    /// Candle's.
     pub fn evaluate(&self) -> Result<Option<HeldOut>> {
         self.evaluate_against(&self.scene)
     }
@@ -305,17 +305,16 @@ impl Trainer {
     /// The parameters, the occupancy, the frames' exposures and the volume by name, for saving.
     ///
     /// # Errors
-    /// None on the CPU short of a lack of memory.
+    /// Candle's.
     pub fn state(&self) -> Result<HashMap<String, Tensor>> {
         let mut tensors: HashMap<String, Tensor> = HashMap::new();
         for (name, var) in self.field.named() {
-            tensors.insert(name.to_owned(), var.copy()?.to_device(&Device::Cpu)?);
+            tensors.insert(name.to_owned(), var.copy()?);
         }
         let density = self.occupancy.density();
         let occupancy = Tensor::from_slice(density, density.len(), &Device::Cpu)?;
         tensors.insert("occupancy".to_owned(), occupancy);
-        let exposure = self.exposure.parameters.copy()?;
-        tensors.insert("exposure".to_owned(), exposure.to_device(&Device::Cpu)?);
+        tensors.insert("exposure".to_owned(), self.exposure.parameters.copy()?);
         let volume = Tensor::new(&self.field.volume().to_array(), &Device::Cpu)?;
         tensors.insert("volume".to_owned(), volume);
         Ok(tensors)
@@ -343,7 +342,7 @@ impl Trainer {
         }
         let exposure = &self.exposure.parameters;
         if let Some(saved) = tensors.get("exposure").filter(|saved| is_alike(saved, exposure)) {
-            exposure.set(&saved.to_device(exposure.device())?)?;
+            exposure.set(saved)?;
         }
         self.steps = steps;
         // The error of a field that has learnt nothing yet would tell nothing.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use candle_core::{Device, Result as Computed};
+use candle_core::Result as Computed;
 use glam::Vec3;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use serde::Serialize;
@@ -45,7 +45,7 @@ struct PathSpeed {
 /// of 6 m: forward and backward of the rendered colours.
 ///
 /// # Errors
-/// None on the CPU short of a lack of memory.
+/// Candle's.
 fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<PathSpeed>, Failure> {
     let (min, side) = (Vec3::ZERO, 6.0);
     let volume = Volume { min, side };
@@ -60,8 +60,8 @@ fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<Pat
         cell: 6.0 / 512.0,
     };
     let paths = Dispatch::available().map(Backend::Fused);
-    let paths = paths.chain([Backend::Plain(Device::Cpu)]);
-    let field = |path: Backend| Ok((name(&path), RadianceField::new(volume, &capacity, 1, &path)?));
+    let paths = paths.chain([Backend::Plain]);
+    let field = |path: Backend| Ok((name(path), RadianceField::new(volume, &capacity, 1, path)?));
     let fields = paths.map(field).collect::<Computed<Vec<_>>>()?;
     let samples = Arc::new(random_samples(&volume));
     let gaps = vec![0.0; samples.len()];
@@ -96,10 +96,10 @@ fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<Pat
 }
 
 /// What a path is called in the results.
-fn name(path: &Backend) -> String {
+fn name(path: Backend) -> String {
     match path {
         Backend::Fused(dispatch) => format!("fused-{dispatch}"),
-        Backend::Plain(_) => PLAIN.to_owned(),
+        Backend::Plain => PLAIN.to_owned(),
     }
 }
 
@@ -145,7 +145,7 @@ struct RunPoint {
 /// the same capture, after each of `marks` seconds of training (measuring not counted).
 ///
 /// # Errors
-/// None on the CPU short of a lack of memory.
+/// Candle's.
 fn training_run(
     scene: &Arc<Scene>,
     truth: &Scene,
@@ -153,7 +153,7 @@ fn training_run(
     seed: u64,
     marks: &[f64],
 ) -> Computed<Vec<RunPoint>> {
-    let mut trainer = Trainer::on(&Backend::best()?, Arc::clone(scene), (preset, 1.0), recipe, seed)?;
+    let mut trainer = Trainer::on(Backend::default(), Arc::clone(scene), (preset, 1.0), recipe, seed)?;
     let mut seconds = 0.0;
     let mut points = Vec::new();
     for &mark in marks {

@@ -25,17 +25,9 @@ pub struct Adam {
 
 #[derive(Debug)]
 struct State {
-    moments: Moments,
+    /// First and second moment of each element.
+    moments: [Vec<f32>; 2],
     steps: i32,
-}
-
-/// First and second moment of each element.
-#[derive(Debug)]
-enum Moments {
-    /// For the kernel, one element after another.
-    Flat([Vec<f32>; 2]),
-    /// For plain tensor ops, shaped as the parameter.
-    Tensors(Tensor, Tensor),
 }
 
 /// What a step's number and learning rate make of Adam's update rule.
@@ -46,22 +38,13 @@ struct Rates {
 }
 
 impl Adam {
-    /// Starts with zero moments, for a parameter on the CPU.
+    /// Starts with zero moments.
     pub fn new(parameter: &Var) -> Self {
         let zeros = || vec![0.0; parameter.elem_count()];
-        Self::with(parameter, Moments::Flat([zeros(), zeros()]), 0)
+        Self::with(parameter, [zeros(), zeros()], 0)
     }
 
-    /// The same in plain tensor ops, for a parameter on any device.
-    ///
-    /// # Errors
-    /// The device's, such as a lack of memory.
-    pub fn plain(parameter: &Var) -> Result<Self> {
-        let moments = Moments::Tensors(parameter.zeros_like()?, parameter.zeros_like()?);
-        Ok(Self::with(parameter, moments, 0))
-    }
-
-    fn with(parameter: &Var, moments: Moments, steps: i32) -> Self {
+    fn with(parameter: &Var, moments: [Vec<f32>; 2], steps: i32) -> Self {
         Self {
             parameter: parameter.clone(),
             state: Mutex::new(State { moments, steps }),
@@ -71,27 +54,21 @@ impl Adam {
     /// Goes on with another parameter, whose every row was a row of this one, with the moments of that row.
     ///
     /// # Errors
-    /// The device's, such as a lack of memory.
+    /// A parameter without rows.
     pub fn regrown(&self, parameter: &Var, sources: &[u32]) -> Result<Self> {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let width = self.parameter.dim(1)?;
-        let moments = match &state.moments {
-            Moments::Flat(moments) => Moments::Flat(moments.each_ref().map(|old| {
-                let row = |&row: &u32| &old[row as usize * width..(row as usize + 1) * width];
-                sources.iter().flat_map(row).copied().collect()
-            })),
-            Moments::Tensors(first, second) => {
-                let rows = Tensor::from_slice(sources, sources.len(), parameter.device())?;
-                Moments::Tensors(first.index_select(&rows, 0)?, second.index_select(&rows, 0)?)
-            }
-        };
+        let moments = state.moments.each_ref().map(|old| {
+            let row = |&row: &u32| &old[row as usize * width..(row as usize + 1) * width];
+            sources.iter().flat_map(row).copied().collect()
+        });
         Ok(Self::with(parameter, moments, state.steps))
     }
 
     /// One step against the gradient.
     ///
     /// # Errors
-    /// A gradient of another shape or type than the parameter, or on another device.
+    /// A gradient of another shape or type than the parameter.
     pub fn step(&self, gradient: &Tensor, learning_rate: f32) -> Result<()> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.steps += 1;
@@ -100,27 +77,9 @@ impl Adam {
             rate: learning_rate * corrected.sqrt() / (1.0 - BETA1.powi(state.steps)),
             epsilon: EPSILON * corrected.sqrt(),
         };
-        match &mut state.moments {
-            Moments::Flat(moments) => {
-                let moments = Mutex::new(moments);
-                let op = AdamStep { moments, rates };
-                self.parameter.inplace_op2(&gradient.contiguous()?, &op)
-            }
-            Moments::Tensors(first, second) => {
-                let parameter = self.parameter.as_detached_tensor();
-                let touched = gradient.ne(0.0)?;
-                let mix = |old: &Tensor, new: &Tensor, beta: f32| {
-                    let mixed = old.affine(f64::from(beta), 0.0)? + new.affine(f64::from(1.0 - beta), 0.0)?;
-                    touched.where_cond(&mixed?, old)
-                };
-                *first = mix(first, gradient, BETA1)?;
-                *second = mix(second, &gradient.sqr()?, BETA2)?;
-                let root = second.sqrt()?.affine(1.0, f64::from(rates.epsilon))?;
-                let change = first.div(&root)?.affine(f64::from(-rates.rate), 0.0)?;
-                let stepped = touched.where_cond(&(&parameter + change)?, &parameter)?;
-                self.parameter.set(&stepped)
-            }
-        }
+        let moments = Mutex::new(&mut state.moments);
+        let op = AdamStep { moments, rates };
+        self.parameter.inplace_op2(&gradient.contiguous()?, &op)
     }
 }
 
@@ -205,28 +164,30 @@ mod tests {
     use candle_core::Device;
 
     #[test]
-    fn plain_tensor_ops_step_as_the_kernel_does_and_first_by_the_learning_rate() {
-        let start = Tensor::new(&[1.0_f32, 2.0, 3.0, -4.0], &Device::Cpu).unwrap();
-        let [by_kernel, by_ops] = [0, 1].map(|_| Var::from_tensor(&start.copy().unwrap()).unwrap());
-        let (kernel, ops) = (Adam::new(&by_kernel), Adam::plain(&by_ops).unwrap());
-        for step in 0..20 {
+    fn elements_step_as_adam_says_and_only_where_they_were_touched() {
+        let mut expected = [1.0_f32, 2.0, 3.0, -4.0];
+        let parameter = Var::new(&expected, &Device::Cpu).unwrap();
+        let adam = Adam::new(&parameter);
+        let mut moments = [[0.0_f32; 2]; 4];
+        for step in 1..=20 {
             // The second is touched in every other step, the last never.
-            let sometimes = if step % 2 == 0 { 0.3 } else { 0.0 };
-            let gradient = Tensor::new(&[0.1 * step as f32, sometimes, -2.0, 0.0], &Device::Cpu).unwrap();
-            kernel.step(&gradient, 0.1).unwrap();
-            ops.step(&gradient, 0.1).unwrap();
-            if step == 0 {
-                let values = by_kernel.to_vec1::<f32>().unwrap();
-                for (value, expected) in values.iter().zip([1.0, 1.9, 3.1, -4.0]) {
-                    assert!((value - expected).abs() < 1e-5, "{value} {expected}");
+            let sometimes = if step % 2 == 0 { 0.0 } else { 0.3 };
+            let gradient = [0.1 * step as f32, sometimes, -2.0, 0.0];
+            adam.step(&Tensor::new(&gradient, &Device::Cpu).unwrap(), 0.1)
+                .unwrap();
+            for ((value, [m, v]), g) in expected.iter_mut().zip(&mut moments).zip(gradient) {
+                if g != 0.0 {
+                    *m += (1.0 - BETA1) * (g - *m);
+                    *v += (1.0 - BETA2) * (g * g - *v);
+                    let [mean, square] = [*m / (1.0 - BETA1.powi(step)), *v / (1.0 - BETA2.powi(step))];
+                    *value -= 0.1 * mean / (square.sqrt() + EPSILON);
                 }
             }
+            let values = parameter.to_vec1::<f32>().unwrap();
+            for (value, expected) in values.iter().zip(expected) {
+                assert!((value - expected).abs() < 1e-5, "{step}: {value} {expected}");
+            }
         }
-        let [by_kernel, by_ops] = [by_kernel, by_ops].map(|var| var.to_vec1::<f32>().unwrap());
-        for (a, b) in by_kernel.iter().zip(&by_ops) {
-            assert!((a - b).abs() < 1e-5, "{by_kernel:?} {by_ops:?}");
-        }
-        assert_eq!(by_ops[3], -4.0);
     }
 
     #[test]
@@ -234,20 +195,14 @@ mod tests {
         let rows = Tensor::new(&[[1.0_f32, 2.0], [3.0, 4.0]], &Device::Cpu).unwrap();
         let gradient = Tensor::new(&[[0.5_f32, -1.0], [2.0, 0.25]], &Device::Cpu).unwrap();
         let grown = |t: &Tensor| Tensor::cat(&[t, t], 0).unwrap();
-        for plain in [false, true] {
-            let parameter = Var::from_tensor(&rows).unwrap();
-            let adam = if plain {
-                Adam::plain(&parameter).unwrap()
-            } else {
-                Adam::new(&parameter)
-            };
-            adam.step(&gradient, 0.1).unwrap();
-            let larger = Var::from_tensor(&grown(&parameter)).unwrap();
-            let regrown = adam.regrown(&larger, &[0, 1, 0, 1]).unwrap();
-            adam.step(&gradient, 0.1).unwrap();
-            regrown.step(&grown(&gradient), 0.1).unwrap();
-            let expected = grown(&parameter).to_vec2::<f32>().unwrap();
-            assert_eq!(larger.to_vec2::<f32>().unwrap(), expected);
-        }
+        let parameter = Var::from_tensor(&rows).unwrap();
+        let adam = Adam::new(&parameter);
+        adam.step(&gradient, 0.1).unwrap();
+        let larger = Var::from_tensor(&grown(&parameter)).unwrap();
+        let regrown = adam.regrown(&larger, &[0, 1, 0, 1]).unwrap();
+        adam.step(&gradient, 0.1).unwrap();
+        regrown.step(&grown(&gradient), 0.1).unwrap();
+        let expected = grown(&parameter).to_vec2::<f32>().unwrap();
+        assert_eq!(larger.to_vec2::<f32>().unwrap(), expected);
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::field::{OccupancyGrid, Ray, Sampling};
 use crate::scene::testing::on_threads;
 
-fn field(backend: &Backend) -> RadianceField {
+fn field(backend: Backend) -> RadianceField {
     let volume = Volume {
         min: Vec3::splat(-2.0),
         side: 4.0,
@@ -31,7 +31,7 @@ fn field(backend: &Backend) -> RadianceField {
 }
 
 fn fused() -> RadianceField {
-    field(&Backend::Fused(Dispatch::detect()))
+    field(Backend::default())
 }
 
 /// Rays of all kinds: of known and unknown length, and one that misses the volume.
@@ -91,7 +91,7 @@ fn rendered(field: &RadianceField, samples: &(Arc<Samples>, Vec<f32>)) -> (Vec<f
 
 #[test]
 fn the_fused_kernels_equal_plain_candle_ops_on_every_vector_unit() {
-    let plain = field(&Backend::Plain(Device::Cpu));
+    let plain = field(Backend::Plain);
     let samples = samples(plain.volume());
     let wanted = Wanted {
         color: true,
@@ -100,7 +100,7 @@ fn the_fused_kernels_equal_plain_candle_ops_on_every_vector_unit() {
     let (expected, (expected_loss, expected_table, expected_weights)) = rendered(&plain, &samples);
     let evaluated = plain.evaluate(&samples.0, wanted).unwrap();
     for dispatch in Dispatch::available() {
-        let fused = field(&Backend::Fused(dispatch));
+        let fused = field(Backend::Fused(dispatch));
         let (out, (loss, table, weights)) = rendered(&fused, &samples);
         let gap = (loss - expected_loss).abs() / expected_loss.abs();
         assert!(gap < 1e-4, "{dispatch}");
@@ -138,7 +138,7 @@ fn rays_without_samples_render_to_nothing() {
         ..Sampling::default()
     };
     let grid = OccupancyGrid::unknown(0.06);
-    for field in [fused(), field(&Backend::Plain(Device::Cpu))] {
+    for field in [fused(), field(Backend::Plain)] {
         let samples = Samples::along(&[miss; 3], field.volume(), &grid, sampling);
         let out = field.render(Arc::new(samples), Vec::new()).unwrap();
         assert_eq!(out.to_vec2::<f32>().unwrap(), [[0.0; 7]; 3]);

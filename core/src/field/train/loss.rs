@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use candle_core::{Result, Tensor};
+use candle_core::{Device, Result, Tensor};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::super::Samples;
@@ -67,7 +67,7 @@ impl Trainer {
     /// The loss of a batch along its samples; `gaps` is memory for one number per sample.
     ///
     /// # Errors
-    /// Errors of the device, such as a lack of memory.
+    /// Candle's.
     pub(super) fn loss(&self, batch: &Batch, samples: Samples, mut gaps: Vec<f32>) -> Result<Tensor> {
         let side = self.field.volume().side;
         gaps.clear();
@@ -113,10 +113,10 @@ impl Trainer {
         if self.recipe.has(LossPart::RandomBackground) {
             let mut rng = SmallRng::seed_from_u64(self.seed ^ self.steps);
             let background: Vec<f32> = (0..3 * count).map(|_| rng.random()).collect();
-            let background = Tensor::from_vec(background, (count, 3), self.field.device())?;
+            let background = Tensor::from_vec(background, (count, 3), &Device::Cpu)?;
             shown = (shown + background.broadcast_mul(clear)?)?;
         }
-        let target = Tensor::from_slice(&batch.colors, (count, 3), self.field.device())?;
+        let target = Tensor::from_slice(&batch.colors, (count, 3), &Device::Cpu)?;
         let error = shown.sub(&target)?.sqr()?.mean_all()?;
         match penalty {
             Some(penalty) => error + penalty,
@@ -130,7 +130,7 @@ impl Trainer {
             .rays
             .iter()
             .map(|ray| f32::from(u8::from(ray.length.is_some())));
-        let known = Tensor::from_vec(known.collect(), (batch.rays.len(), 1), self.field.device())?;
+        let known = Tensor::from_vec(known.collect(), (batch.rays.len(), 1), &Device::Cpu)?;
         // What passes the surface is as wrong as what stops a margin away from it.
         let passing = clear.mul(&known)?.affine(PASSING, 0.0)?;
         let depth = (out.narrow(1, 3, 1)? + passing)?.sum_all()?;
@@ -156,8 +156,8 @@ fn bend(batch: &Batch, out: &Tensor) -> Result<Tensor> {
             (-EDGE_COLOR * change).exp()
         })
         .collect();
-    let flat = Tensor::from_vec(flat, count, out.device())?;
-    let slants = Tensor::from_slice(&batch.slants, (3, count), out.device())?;
+    let flat = Tensor::from_vec(flat, count, &Device::Cpu)?;
+    let slants = Tensor::from_slice(&batch.slants, (3, count), &Device::Cpu)?;
     let of_triples = |channel| {
         out.narrow(1, channel, 1)?
             .narrow(0, 0, 3 * count)?
@@ -178,7 +178,6 @@ fn bend(batch: &Batch, out: &Tensor) -> Result<Tensor> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use candle_core::Device;
 
     /// Rendered rays `[6, 7]` of two threes with these ray lengths, all opaque.
     fn rendered(lengths: [[f32; 3]; 2]) -> Tensor {

@@ -2,22 +2,15 @@ use candle_core::DType;
 
 use super::*;
 use crate::field::RenderedRay;
-use crate::field::kernels::Dispatch;
 use crate::scene::testing::{hide, wall, without_depth};
 use crate::scene::{OpenOptions, SceneSource};
-
-const PLAIN: Backend = Backend::Plain(Device::Cpu);
-
-fn fused() -> Backend {
-    Backend::Fused(Dispatch::detect())
-}
 
 fn error(trainer: &Trainer) -> HeldOut {
     trainer.evaluate().unwrap().unwrap()
 }
 
 /// A trainer of a small wall after some steps.
-fn trained(backend: &Backend, depth: bool, steps: u64) -> Trainer {
+fn trained(backend: Backend, depth: bool, steps: u64) -> Trainer {
     let measured = wall(9, 24, 18);
     let scene = Arc::new(if depth { measured } else { without_depth(measured) });
     let preset = (Preset::Fast, 1.0);
@@ -31,9 +24,9 @@ fn trained(backend: &Backend, depth: bool, steps: u64) -> Trainer {
 #[test]
 fn plain_ops_train_a_scene_as_the_fused_kernels_do() {
     for (depth, steps) in [(true, 10), (false, 4)] {
-        let plain = error(&trained(&PLAIN, depth, steps));
-        let start = error(&trained(&fused(), depth, 0));
-        let fused = error(&trained(&fused(), depth, steps));
+        let plain = error(&trained(Backend::Plain, depth, steps));
+        let start = error(&trained(Backend::default(), depth, 0));
+        let fused = error(&trained(Backend::default(), depth, steps));
         assert!(fused.psnr > start.psnr + 0.2, "{start:?} {fused:?}");
         assert!((plain.psnr - fused.psnr).abs() < 0.1, "{plain:?} {fused:?}");
         assert_eq!(plain.depth_error.is_some(), depth);
@@ -46,8 +39,8 @@ fn plain_ops_train_a_scene_as_the_fused_kernels_do() {
 
 #[test]
 fn a_state_saved_on_one_path_goes_on_training_on_the_other() {
-    let plain = trained(&PLAIN, true, 5);
-    let mut fused = trained(&fused(), true, 0);
+    let plain = trained(Backend::Plain, true, 5);
+    let mut fused = trained(Backend::default(), true, 0);
     fused.restore(&plain.state().unwrap(), plain.steps()).unwrap();
     assert!((error(&plain).psnr - error(&fused).psnr).abs() < 1e-3);
     fused.step().unwrap();
@@ -56,17 +49,17 @@ fn a_state_saved_on_one_path_goes_on_training_on_the_other() {
 
 #[test]
 fn growing_changes_nothing_that_is_rendered_and_a_grown_state_is_taken_over() {
-    for backend in [PLAIN, fused()] {
-        let mut grown = trained(&backend, true, 3);
+    for backend in [Backend::Plain, Backend::default()] {
+        let mut grown = trained(backend, true, 3);
         let before = error(&grown);
         grown.capacity.most_log2 = grown.capacity.table_log2 + 1;
         grown.grow().unwrap();
-        assert!(grown.field.parameters() > trained(&backend, true, 0).field.parameters());
+        assert!(grown.field.parameters() > trained(backend, true, 0).field.parameters());
         assert_eq!(error(&grown), before);
         for _ in 0..3 {
             grown.step().unwrap();
         }
-        let mut other = trained(&backend, true, 0);
+        let mut other = trained(backend, true, 0);
         assert!(other.restore(&grown.state().unwrap(), grown.steps()).is_err());
         other.capacity.most_log2 = grown.capacity.table_log2;
         other.restore(&grown.state().unwrap(), grown.steps()).unwrap();
@@ -77,7 +70,7 @@ fn growing_changes_nothing_that_is_rendered_and_a_grown_state_is_taken_over() {
 
 #[test]
 fn a_collapsed_field_comes_back_and_goes_on_more_slowly() {
-    let mut trainer = trained(&fused(), true, 250);
+    let mut trainer = trained(Backend::default(), true, 250);
     let good = error(&trainer);
     for _ in 0..250 {
         // Whatever it learns is wiped out: the collapse lasts until it is noticed.
@@ -92,7 +85,7 @@ fn a_collapsed_field_comes_back_and_goes_on_more_slowly() {
 
 #[test]
 fn steps_that_are_not_finite_change_nothing_and_are_undone_when_they_repeat() {
-    let mut trainer = trained(&fused(), true, 2);
+    let mut trainer = trained(Backend::default(), true, 2);
     let weights = trainer.field.weights().clone();
     let broken = (weights.as_tensor() * f64::NAN).unwrap();
     weights.set(&broken).unwrap();
@@ -132,16 +125,16 @@ fn a_batch_whose_pixels_are_all_hidden_spoils_nothing() {
     let mut scene = wall(3, 24, 18);
     scene.frames.iter_mut().for_each(|frame| hide(frame, |_| true));
     let preset = (Preset::Fast, 1.0);
-    let mut trainer = Trainer::on(&PLAIN, Arc::new(scene), preset, Recipe::default(), 3).unwrap();
+    let mut trainer = Trainer::on(Backend::Plain, Arc::new(scene), preset, Recipe::default(), 3).unwrap();
     trainer.step().unwrap();
     assert!(trainer.samples_per_ray().is_finite());
 }
 
 #[test]
 fn a_spoilt_state_is_refused_and_changes_nothing() {
-    let mut trainer = trained(&PLAIN, true, 0);
+    let mut trainer = trained(Backend::Plain, true, 0);
     trainer.capacity.most_log2 = trainer.capacity.table_log2 + 1;
-    let mut grown = trained(&PLAIN, true, 0);
+    let mut grown = trained(Backend::Plain, true, 0);
     grown.capacity.most_log2 = grown.capacity.table_log2 + 1;
     grown.grow().unwrap();
     let zeros = |shape: &[usize], kind| Tensor::zeros(shape, kind, &Device::Cpu).unwrap();
