@@ -40,6 +40,13 @@ impl Messages {
         self.add(Level::Info, text.into(), Some(Duration::from_secs(8)));
     }
 
+    /// Shows what is said of a capture or a project, a part of a sentence on the command line, as a sentence.
+    pub fn warning(&mut self, text: &str) {
+        let mut letters = text.chars();
+        let first = letters.next().map(char::to_uppercase);
+        self.info(first.into_iter().flatten().chain(letters).collect::<String>());
+    }
+
     /// Shows what failed until it is dismissed.
     pub fn error(&mut self, text: impl Into<String>) {
         self.add(Level::Error, text.into(), None);
@@ -80,6 +87,13 @@ impl Messages {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_warning_is_shown_as_a_sentence() {
+        let mut messages = Messages::default();
+        messages.warning("frames were left out");
+        assert_eq!(messages.shown[0].text, "Frames were left out");
+    }
 
     #[test]
     fn the_same_message_is_shown_once_and_old_ones_make_room_errors_last() {

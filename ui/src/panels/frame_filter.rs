@@ -56,7 +56,7 @@ impl FrameFilterRow {
             .hint_text("Go to frame")
             .align(egui::Align2::LEFT_CENTER)
             .min_size(egui::vec2(0.0, ui.spacing().interact_size.y))
-            .desired_width(most.min(92.0));
+            .desired_width(most.min(108.0));
         let response = ui.add(field).accessible_name("Go to frame");
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         response.on_hover_text("A frame's number or name, or a part of the name; Enter goes there");

@@ -76,7 +76,7 @@ impl Model {
             Err(sentence) => return self.state.messages.error(sentence),
         };
         for warning in &other.warnings {
-            self.state.messages.info(warning);
+            self.state.messages.warning(warning);
         }
         self.with_workspace(|workspace| {
             let comparison = Comparison::new(Arc::new(other), workspace.document.classes());

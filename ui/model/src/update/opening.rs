@@ -167,7 +167,7 @@ impl Model {
             return;
         };
         for note in &attached.notes {
-            self.state.messages.info(note);
+            self.state.messages.warning(note);
         }
         for problem in attached.problems {
             self.state.messages.error(problem);
@@ -204,7 +204,7 @@ impl Model {
         workspace.take_scene(Arc::clone(&scene));
         let serial = workspace.serial;
         for warning in &scene.warnings {
-            self.state.messages.info(warning);
+            self.state.messages.warning(warning);
         }
         if let Some(refinement) = &scene.pose_refinement {
             self.state.messages.info(format!("Poses refined: {refinement}"));
