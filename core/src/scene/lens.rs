@@ -100,7 +100,7 @@ impl Distortion {
         for _ in 0..MOST_STEPS {
             let (shown_x, shown_y) = self.formula(u, v);
             let (gap_x, gap_y) = (shown_x - x, shown_y - y);
-            if gap_x.hypot(gap_y) < CLOSE {
+            if gap_x * gap_x + gap_y * gap_y < CLOSE * CLOSE {
                 return (u * u + v * v < self.fold).then_some((u, v));
             }
             let [[a, b], [c, d]] = self.derivative(u, v);

@@ -148,8 +148,11 @@ impl VoxelNodes {
         self.look_up_wide_holes(points, nodes, &mut own);
         fill_holes(frame, &points.pixels.color, &mut own);
         if !frame.is_whole() {
-            for (index, node) in own.iter_mut().enumerate() {
-                if !frame.shows(&points.pixels.color, index) {
+            // Only what shows a part of the scene has an estimated length.
+            let is_measured = points.pixels.depth.is_some();
+            for (pixel, node) in own.iter_mut().enumerate() {
+                let is_open = is_measured || points.lengths[pixel].is_nan();
+                if is_open && !frame.shows(&points.pixels.color, pixel) {
                     *node = NO_NODE;
                 }
             }
