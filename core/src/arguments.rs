@@ -38,7 +38,7 @@ pub struct ReadingArguments {
     /// Read images that a file of the capture names outside its folder.
     #[arg(long)]
     pub outside_files: bool,
-    /// Threads to train with [default: all cores, or all but one beside the window].
+    /// Threads to train with [default: all cores].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
     /// Seed of everything random.
@@ -70,6 +70,7 @@ impl ReadingArguments {
             threads: self.threads(),
             seed: self.seed,
             views: false,
+            first_look: false,
             features: None,
             state: None,
         }

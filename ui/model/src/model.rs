@@ -88,7 +88,7 @@ pub struct Start {
     pub read: OpenOptions,
     /// How much the field may model.
     pub preset: Preset,
-    /// Threads of the worker's pool; `None` = as the person prefers, or all cores but one.
+    /// Threads of the worker's pool; `None` = as the person prefers.
     pub threads: Option<usize>,
     /// File of a pretrained network; `None` = as the person prefers.
     pub features: Option<PathBuf>,

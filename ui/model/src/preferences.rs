@@ -47,7 +47,7 @@ pub struct Preferences {
     pub theme: Theme,
     /// Size of everything in the window, in percent, within [`SCALES`].
     pub scale: u16,
-    /// Threads of the worker's pool; `None` leaves one core to the window.
+    /// Threads of the worker's pool; `None` = as [usual](usual_threads).
     pub threads: Option<usize>,
     /// File of a pretrained network that tells what looks alike.
     pub features: Option<PathBuf>,
@@ -92,7 +92,7 @@ pub enum PreferenceChange {
     Scale(u16),
     /// Larger (positive) or smaller by so many steps.
     StepScale(i8),
-    /// Threads of the worker's pool from the next opening on; `None` leaves one core to the window.
+    /// Threads of the worker's pool from the next opening on; `None` = as [usual](usual_threads).
     Threads(Option<usize>),
     /// File of a pretrained network, used from the next opening on.
     Features(Option<PathBuf>),
@@ -207,9 +207,11 @@ pub(crate) fn each<'a, Entry: Deserialize<'a>>(list: &'a Value) -> impl Iterator
     entries.filter_map(|entry| Entry::deserialize(entry).ok())
 }
 
-/// Threads of the worker's pool unless somebody chose otherwise: one core is the window's.
+/// Threads of the worker's pool unless somebody chose otherwise: one for each core where they give way to the window's,
+/// which is on Linux; elsewhere one core is the window's.
 pub fn usual_threads() -> usize {
-    cores().saturating_sub(1).max(1)
+    let kept_free = usize::from(!cfg!(target_os = "linux"));
+    cores().saturating_sub(kept_free).max(1)
 }
 
 #[cfg(test)]
