@@ -1,8 +1,8 @@
 //! Multi-view stereo: the depth of a capture of colours alone.
 //!
 //! A sweep over small images tells how deep the scene is and which views go together. Then each view is matched with
-//! others at twice that size (`sweep`, `aggregation`), kept where several agree (`consistency`), and filled in between
-//! (`filling`).
+//! others at twice that size and again at four times (`sweep`, `aggregation`), kept where several agree (`consistency`),
+//! and filled in between (`filling`).
 
 mod aggregation;
 mod consistency;
@@ -16,18 +16,19 @@ mod view;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::scene::{Camera, Scene, SceneError};
-use exploration::explore;
-use filling::Seed;
+use exploration::Setup;
 use level::Level;
 use view::View;
 
 /// Most pixels of an image, and of all of them together, for a reduction by two; larger ones are reduced further.
 const MOST_PIXELS: usize = 160_000;
 const MOST_PIXELS_IN_ALL: usize = 20_000_000;
-/// Parts of the work for matching a view in a small image and in a larger one, and for filling it, which is done twice.
-const EXPLORING: usize = 1;
-const MATCHING: usize = 6;
-const FILLING: usize = 1;
+/// The nearest depth of the scene as a share of the nearest that is found in the smallest images, and in larger ones, which
+/// show more of what is near.
+const MARGINS: [f32; 2] = [0.65, 0.8];
+/// Parts of the work for matching a view at each size, the smallest first, and for filling it, which is done twice.
+const MATCHING: [usize; 3] = [2, 6, 40];
+const FILLING: [usize; 2] = [1, 5];
 
 /// Estimated depth of a frame, at a reduced size.
 #[derive(Clone, Debug)]
@@ -90,7 +91,8 @@ pub enum StereoError {
 }
 
 /// Estimates the depth of all keyframes from their colours, at half of their width and height or, where they are large,
-/// at less; sparse points help, measured depth is not looked at.
+/// at less; sparse points help, measured depth is not looked at. After a fifth of the time, `first` is given what is known
+/// at half of that size.
 ///
 /// `go_on` is told the share of the work that is done, from any thread, and stops it by `false`. The result is the same
 /// for any number of threads, those of the rayon pool in which this is called.
@@ -99,33 +101,30 @@ pub enum StereoError {
 /// Cameras that are all in one place, a file that can no longer be read, or a caller that wants no more.
 pub fn estimate(
     scene: &Scene,
+    first: Option<&mut dyn FnMut(Vec<StereoDepth>)>,
     go_on: &(dyn Fn(f32) -> bool + Sync),
 ) -> Result<Vec<StereoDepth>, StereoError> {
     let frames = scene.keyframes();
+    let filling = FILLING[1] + first.as_ref().map_or(0, |_| FILLING[0]);
+    let parts = MATCHING.iter().sum::<usize>() + 2 * filling;
     let work = Work {
         go_on,
         done: AtomicUsize::new(0),
-        total: frames.len() * (EXPLORING + MATCHING + 2 * FILLING),
+        total: frames.len() * parts,
     };
     let stride = stride(scene, &frames);
-    let small = Level::read(scene, &frames, 2 * stride, &work)?;
-    let setup = explore(&small, scene, &frames, &work)?;
-    drop(small);
-    let level = Level::read(scene, &frames, stride, &work)?;
-    let matched = level.matched(&setup, MATCHING, &work)?;
-    let mut seeds = level.seeds(&setup, &matched);
-    drop(matched);
-    let inverse = level.completed(&setup, &mut seeds, &work)?;
-    let views = frames.iter().zip(&level.views).zip(inverse.iter().zip(&seeds));
-    let depth = views.map(|((&frame, view), (inverse, seeds))| {
-        StereoDepth::new(
-            frame,
-            view,
-            inverse,
-            seeds.iter().map(Seed::is_confident).collect(),
-        )
-    });
-    Ok(depth.collect())
+    let strides = [4 * stride, 2 * stride, stride];
+    let [small, middle, large] = Level::read(scene, &frames, strides, &work)?;
+    let mut setup = Setup::assumed(&small.views, scene, &frames)?;
+    let matched = small.matched(&setup, MATCHING[0], &work)?;
+    setup.improve(&small, &matched, MARGINS[0]);
+    let matched = middle.matched(&setup, MATCHING[1], &work)?;
+    setup.improve(&middle, &matched, MARGINS[1]);
+    if let Some(first) = first {
+        first(middle.depth(&frames, &setup, matched, FILLING[0], &work)?);
+    }
+    let matched = large.matched(&setup, MATCHING[2], &work)?;
+    large.depth(&frames, &setup, matched, FILLING[1], &work)
 }
 
 /// Pixels of a frame for one that is matched, along each axis.
@@ -136,7 +135,7 @@ fn stride(scene: &Scene, frames: &[usize]) -> u32 {
     2 * (largest.max(all).sqrt().ceil() as u32).max(1)
 }
 
-/// How far the work is, in parts that take about as long as matching one of the smallest images does.
+/// How far the work is, in parts that all take about as long.
 struct Work<'a> {
     go_on: &'a (dyn Fn(f32) -> bool + Sync),
     done: AtomicUsize,

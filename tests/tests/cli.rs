@@ -41,6 +41,7 @@ fn trained(disk: &OnDisk) -> ModelState {
         threads: 2,
         seed: 0,
         views: true,
+        first_look: false,
         features: None,
         state: None,
     };

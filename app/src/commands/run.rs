@@ -157,6 +157,7 @@ fn describe(status: &Status) -> String {
         .map_or(String::new(), |entropy| format!(", entropy {entropy:.2}"));
     let doing = match status.phase {
         Phase::Opening | Phase::FindingSurface => "finding the surface",
+        Phase::Estimating { .. } => "estimating depth",
         Phase::Training | Phase::Paused if status.finding_features => "finding look-alikes",
         Phase::Training | Phase::Paused => "training",
     };

@@ -1,12 +1,13 @@
 //! Better poses and depth by stereo, before a scene without measured depth is learnt.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::Instant;
 
-use crossbeam_channel::Receiver;
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, select};
 
-use super::opening::{Told, meanwhile};
+use super::background::in_background;
+use super::opening::Told;
 use super::outbox::Outbox;
 use super::serve::WorkerError;
 use super::{Command, Event};
@@ -20,42 +21,131 @@ const MOST_POINTS: usize = 1 << 20;
 
 /// A scene whose depth was estimated, and whose poses were refined where that helps.
 pub(super) struct Estimated {
-    /// The scene, with what several views match alike as sparse points of its keyframes.
+    /// The scene; once this is all, with what several views match alike as sparse points of its keyframes.
     pub(super) scene: Arc<Scene>,
     /// Depth of its keyframes, filled in between those points; by index of the frame.
     pub(super) depth: Vec<Option<Arc<FieldDepth>>>,
+    /// Whether this is all, and no first look.
+    pub(super) is_all: bool,
 }
 
-/// Estimates the depth of a scene on a thread of its own, so that it can be stopped; `None` when it was. Commands that
-/// arrive are kept in `early`. Where all cameras are in one place there is no depth to estimate.
-pub(super) fn estimate(
-    scene: Arc<Scene>,
-    commands: &Receiver<Command>,
-    early: &mut Vec<Command>,
-    outbox: &Outbox,
-    threads: &Arc<rayon::ThreadPool>,
-) -> Result<Option<Estimated>, WorkerError> {
-    let (own, outbox, threads) = (Arc::clone(&scene), outbox.clone(), Arc::clone(threads));
-    let work = move |stopped: &AtomicBool| {
-        let told = Told::default();
-        let go_on = |share| {
-            told.now_and_then(share >= 1.0, || outbox.send(Event::Estimating { share }));
-            !stopped.load(Ordering::Relaxed)
+impl From<Arc<Scene>> for Estimated {
+    /// Of which nothing is estimated.
+    fn from(scene: Arc<Scene>) -> Self {
+        Self {
+            depth: vec![None; scene.frames.len()],
+            scene,
+            is_all: true,
+        }
+    }
+}
+
+/// The estimation of a scene's depth on threads of its own, until it is dropped.
+pub(super) struct Estimation {
+    answers: Receiver<Result<Estimated, WorkerError>>,
+    /// Has it go on after the first look.
+    go_on: Sender<()>,
+    is_dropped: Arc<AtomicBool>,
+    /// The share of the work that is done, in per cent.
+    percent: Arc<AtomicU8>,
+}
+
+impl Estimation {
+    /// Starts it: a first look comes before all of it if that is wanted; then it waits until it is to [go on](Self::go_on).
+    /// Where all cameras are in one place there is no depth to estimate.
+    pub(super) fn start(scene: Arc<Scene>, with_first: bool, outbox: &Outbox, threads: usize) -> Self {
+        let ((sender, answers), (go_on, waiting)) = (bounded(2), bounded(1));
+        let estimation = Self {
+            answers,
+            go_on,
+            is_dropped: Arc::default(),
+            percent: Arc::default(),
         };
-        threads.install(|| {
-            let scene = with_refined_poses(own, &|| !stopped.load(Ordering::Relaxed));
-            let depth = stereo::estimate(&scene, &go_on)?;
-            Ok((scene, depth))
-        })
-    };
-    let failed = "the depth could not be estimated";
-    let (scene, depth) = match meanwhile("inplace-stereo", failed, commands, early, work)? {
-        None => return Ok(None),
-        Some(Ok(estimated)) => estimated,
-        Some(Err(StereoError::NoParallax | StereoError::Stopped)) => (scene, Vec::new()),
-        Some(Err(StereoError::Scene(error))) => return Err(error.into()),
-    };
-    Ok(Some(with_depth(scene, &depth)))
+        let (is_dropped, percent) = (
+            Arc::clone(&estimation.is_dropped),
+            Arc::clone(&estimation.percent),
+        );
+        let outbox = outbox.clone();
+        let work = move || {
+            let told = Told::default();
+            let go_on = |share: f32| {
+                percent.fetch_max((100.0 * share) as u8, Ordering::Relaxed);
+                told.now_and_then(share >= 1.0, || outbox.send(Event::Estimating { share }));
+                !is_dropped.load(Ordering::Relaxed)
+            };
+            let scene = with_refined_poses(scene, &|| !is_dropped.load(Ordering::Relaxed));
+            let tell = |estimated| {
+                // The receiver is gone when this has been dropped.
+                let _ = sender.send(estimated);
+            };
+            let mut first = |depth: Vec<StereoDepth>| {
+                tell(Ok(Estimated {
+                    scene: Arc::clone(&scene),
+                    depth: lengths(&scene, &depth),
+                    is_all: false,
+                }));
+                // What comes of it has all cores. There is nobody to tell any more when this has been dropped.
+                let _ = waiting.recv();
+            };
+            let first: Option<&mut dyn FnMut(Vec<StereoDepth>)> = with_first.then_some(&mut first);
+            tell(match stereo::estimate(&scene, first, &go_on) {
+                Ok(depth) => Ok(with_points(scene, &depth)),
+                Err(StereoError::NoParallax | StereoError::Stopped) => Ok(with_points(scene, &[])),
+                Err(StereoError::Scene(error)) => Err(error.into()),
+            });
+        };
+        // What it answers comes by the other channel, which is disconnected when it panics.
+        drop(in_background("inplace-stereo", threads, work));
+        estimation
+    }
+
+    /// Waits for the next answer and keeps the commands that arrive in the meantime; `None` as soon as one of them says
+    /// stop.
+    pub(super) fn next(
+        &self,
+        commands: &Receiver<Command>,
+        early: &mut Vec<Command>,
+    ) -> Result<Option<Estimated>, WorkerError> {
+        loop {
+            select! {
+                recv(commands) -> command => match command {
+                    Ok(Command::Stop) | Err(_) => return Ok(None),
+                    Ok(command) => early.push(command),
+                },
+                recv(self.answers) -> answer => return answer.unwrap_or_else(|_| Err(failed())).map(Some),
+            }
+        }
+    }
+
+    /// The next answer, if it is there.
+    pub(super) fn ready(&self) -> Result<Option<Estimated>, WorkerError> {
+        match self.answers.try_recv() {
+            Ok(answer) => answer.map(Some),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(failed()),
+        }
+    }
+
+    /// Has it go on after the first look, as that has been made use of.
+    pub(super) fn go_on(&self) {
+        // It may have been told already.
+        let _ = self.go_on.try_send(());
+    }
+
+    /// How much of the work is done, in per cent.
+    pub(super) fn percent(&self) -> u8 {
+        self.percent.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Estimation {
+    fn drop(&mut self) {
+        self.is_dropped.store(true, Ordering::Relaxed);
+    }
+}
+
+fn failed() -> WorkerError {
+    WorkerError::Other("the depth could not be estimated: an internal error stopped it".to_owned())
 }
 
 /// The scene with poses that fit its images better, where there are any.
@@ -73,14 +163,26 @@ fn with_refined_poses(mut scene: Arc<Scene>, go_on: &(dyn Fn() -> bool + Sync)) 
     scene
 }
 
-fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
+/// Estimated depth as lengths of rays, by index of the frame.
+fn lengths(scene: &Scene, estimated: &[StereoDepth]) -> Vec<Option<Arc<FieldDepth>>> {
+    let mut depth = vec![None; scene.frames.len()];
+    for own in estimated {
+        let grid = FieldDepth::from(own);
+        let is_known = grid.lengths.iter().any(|length| !length.is_nan());
+        depth[own.frame] = is_known.then(|| Arc::new(grid));
+    }
+    depth
+}
+
+fn with_points(mut scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
+    let depth = lengths(&scene, estimated);
     let pixels: usize = estimated.iter().map(|depth| depth.camera.pixels()).sum();
     let every = pixels.div_ceil(MOST_POINTS).max(1);
-    let mut depth = vec![None; scene.frames.len()];
-    let mut scene = scene;
     for own in estimated {
+        let Some(grid) = &depth[own.frame] else {
+            continue;
+        };
         let frame = &mut Arc::make_mut(&mut scene).frames[own.frame];
-        let grid = FieldDepth::from(own);
         let confident = (0..grid.lengths.len()).filter(|&index| own.is_confident(index));
         let points = confident.step_by(every).map(|index| SparsePoint {
             pixel: frame.camera.middle_of_reduced(own.stride, index) as u32,
@@ -90,10 +192,9 @@ fn with_depth(scene: Arc<Scene>, estimated: &[StereoDepth]) -> Estimated {
         });
         let points: Vec<SparsePoint> = points.collect();
         frame.points.extend(points);
-        let is_known = grid.lengths.iter().any(|length| !length.is_nan());
-        depth[own.frame] = is_known.then(|| Arc::new(grid));
     }
-    Estimated { scene, depth }
+    let is_all = true;
+    Estimated { scene, depth, is_all }
 }
 
 /// Lengths of rays in place of depth.

@@ -31,6 +31,9 @@ pub struct SessionOptions {
     /// need, and all of the semantic field follows them. A view that is asked for by [`Command::Render`] has the same
     /// effect for a while.
     pub views: bool,
+    /// Whether somebody watches: then labels spread over a first look at the depth of a capture without measured depth, while
+    /// that is estimated better.
+    pub first_look: bool,
     /// File of a pretrained network, if any ([`Network`](crate::features::Network)): what it sees in the images helps to
     /// tell what is alike.
     pub features: Option<PathBuf>,
@@ -226,6 +229,11 @@ pub enum Phase {
     Opening,
     /// Learning geometry and colour; there is no surface for the labels yet.
     FindingSurface,
+    /// Estimating depth, so much of which is done; maps follow the labels by a first look at it.
+    Estimating {
+        /// 0..=100.
+        percent: u8,
+    },
     /// Training, with maps following the labels.
     Training,
     /// Training paused by the user.

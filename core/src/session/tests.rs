@@ -24,6 +24,7 @@ pub(super) fn options() -> SessionOptions {
         threads: 2,
         seed: 1,
         views: true,
+        first_look: false,
         features: None,
         state: None,
     }
@@ -138,6 +139,40 @@ fn colours_alone_give_a_surface_before_the_first_training_step() {
     }
     let status = wait_for_status(&mut client, |status| status.surface_nodes > 0);
     assert_eq!(status.steps, 0);
+}
+
+#[test]
+fn labels_spread_over_a_first_look_at_the_depth_while_it_is_estimated_better() {
+    let start = || {
+        let options = SessionOptions {
+            first_look: true,
+            views: false,
+            ..options()
+        };
+        let mut client = on(capture(true).0, options);
+        // Of the board and of the wall behind it.
+        let clicks = [(3, 1, [48, 36]), (3, 2, [5, 5])];
+        client.label(clicked(&["board", "wall"], &clicks).labels().clone(), 1);
+        let opened = client.opened().unwrap();
+        assert!(opened.frames.iter().all(|frame| frame.points.is_empty()));
+        client
+    };
+    let mut client = start();
+    client.mapped(1).unwrap();
+    let first = client.surface().unwrap();
+    client.mapped(1).unwrap();
+    let second = client.surface().unwrap();
+    assert!(!Arc::ptr_eq(&first, &second));
+    assert!(client.map(3).unwrap().labels().contains(&1));
+    wait_for_status(&mut client, |status| {
+        status.phase == Phase::Training && status.steps > 0
+    });
+    // Whoever wants to have done, or nothing more at all, need not wait until that point.
+    let mut client = start();
+    client.send(Command::Settle);
+    let settled = wait_for_status(&mut client, |status| status.is_final(1));
+    assert_eq!(settled.phase, Phase::Training);
+    drop(start());
 }
 
 #[test]

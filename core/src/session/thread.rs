@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crossbeam_channel::Receiver;
 
-use super::estimating::estimate;
+use super::estimating::Estimation;
 use super::opening::open;
 use super::outbox::Outbox;
 use super::serve::{WorkerError, serve};
@@ -52,16 +52,23 @@ pub(super) fn run(
                 None => return Ok(()),
             },
         };
-        let (scene, depth) = if scene.has_depth() {
-            (scene, Vec::new())
-        } else {
-            match estimate(scene, commands, &mut early, outbox, &threads)? {
-                Some(estimated) => (estimated.scene, estimated.depth),
+        let is_new = options.state.as_ref().is_none_or(|state| state.model.steps == 0);
+        let with_first = options.first_look && is_new;
+        let estimation = (!scene.has_depth())
+            .then(|| Estimation::start(Arc::clone(&scene), with_first, outbox, options.threads.max(1)));
+        let estimated = match &estimation {
+            None => scene.into(),
+            Some(estimation) => match estimation.next(commands, &mut early)? {
+                Some(estimated) => estimated,
                 None => return Ok(()),
-            }
+            },
         };
-        outbox.send(Event::Opened(Arc::clone(&scene)));
-        threads.install(|| serve(&mut Worker::new(scene, depth, &options, outbox)?, early, commands))
+        outbox.send(Event::Opened(Arc::clone(&estimated.scene)));
+        let estimation = estimation.filter(|_| !estimated.is_all);
+        threads.install(|| {
+            let mut worker = Worker::new(estimated, estimation, &options, outbox)?;
+            serve(&mut worker, early, commands)
+        })
     });
 }
 

@@ -12,6 +12,7 @@ use crossbeam_channel::Receiver;
 
 use super::background::Background;
 use super::demand::Demand;
+use super::estimating::{Estimated, Estimation};
 use super::outbox::Outbox;
 use super::rendering::ViewRendering;
 use super::semantic_trainer::SemanticTrainer;
@@ -23,7 +24,7 @@ use crate::field::Trainer;
 use crate::guide::Suggestion;
 use crate::labels::{LabelSet, Stroke};
 use crate::scene::{Scene, in_one_line};
-use crate::semantics::{FieldDepth, FrameMap, LabelPropagation, LeaveOneOut, SurfaceImport};
+use crate::semantics::{FrameMap, LabelPropagation, LeaveOneOut, SurfaceImport};
 use features::FeatureSearch;
 
 pub(super) struct Worker<'a> {
@@ -32,6 +33,8 @@ pub(super) struct Worker<'a> {
     outbox: &'a Outbox,
     trainer: Trainer,
     refiner: SurfaceRefiner,
+    /// The estimation of depth that the first surface comes before; nothing is trained until it ends.
+    estimation: Option<Estimation>,
     propagation: Option<LabelPropagation>,
     semantics: SemanticTrainer,
     demand: Demand,
@@ -78,8 +81,8 @@ struct Seconds {
 
 impl<'a> Worker<'a> {
     pub(super) fn new(
-        scene: Arc<Scene>,
-        estimated: Vec<Option<Arc<FieldDepth>>>,
+        Estimated { scene, depth, .. }: Estimated,
+        estimation: Option<Estimation>,
         options: &'a SessionOptions,
         outbox: &'a Outbox,
     ) -> Result<Self, WorkerError> {
@@ -103,7 +106,7 @@ impl<'a> Worker<'a> {
             SurfaceRefiner::of_learnt(&scene, &trainer, threads)
         } else {
             let mut refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, threads);
-            refiner.begin_with(estimated);
+            refiner.begin_with(depth);
             refiner
         };
         Ok(Self {
@@ -114,6 +117,7 @@ impl<'a> Worker<'a> {
             outbox,
             trainer,
             refiner,
+            estimation,
             propagation: None,
             importing: None,
             features: FeatureSearch::new(options.features.clone()),
@@ -145,7 +149,31 @@ impl<'a> Worker<'a> {
         let stands = end == Some(TrainingEnd::LabelsStand) && self.refiner.is_idle();
         let up_to_date = (self.refiner.is_done() || stands) && !self.semantics.is_evaluating();
         let idle = up_to_date && self.importing.is_none() && self.stale.is_empty();
-        trained && idle && !self.features.is_open() && self.propagation.is_some()
+        let has_surface = self.propagation.is_some() && self.estimation.is_none();
+        trained && idle && !self.features.is_open() && has_surface
+    }
+
+    /// Has the estimation of depth go on once all maps follow from its first look, and goes on with all of the depth once
+    /// it is there.
+    fn take_estimated_if_ready(&mut self) -> Result<(), WorkerError> {
+        if !self.refiner.is_building() && self.stale.is_empty() {
+            self.estimation.iter().for_each(Estimation::go_on);
+        }
+        let estimated = self.estimation.as_ref().map(Estimation::ready);
+        let Some(Estimated { scene, depth, .. }) = estimated.transpose()?.flatten() else {
+            return Ok(());
+        };
+        self.estimation = None;
+        self.trainer = Trainer::new(Arc::clone(&scene), self.options.preset, self.options.seed)?;
+        self.refiner = SurfaceRefiner::new(&scene, &self.trainer, 1.0, self.options.threads.max(1));
+        self.refiner.begin_with(depth);
+        if self.settling {
+            self.refiner.finish(&self.trainer);
+        }
+        self.semantics = SemanticTrainer::restored(&HashMap::new(), &self.trainer);
+        self.scene = scene;
+        self.labels_changed();
+        Ok(())
     }
 
     fn save(&self) -> Result<ModelState, WorkerError> {
@@ -207,7 +235,9 @@ impl Worker<'_> {
             Command::Settle => {
                 self.settling = true;
                 self.reporter.repeat_next();
-                self.refiner.finish(&self.trainer);
+                if self.estimation.is_none() {
+                    self.refiner.finish(&self.trainer);
+                }
             }
             Command::Save => {
                 let state = self.save()?;
@@ -220,10 +250,13 @@ impl Worker<'_> {
 
     /// Reports the status.
     pub(super) fn report_status(&mut self) {
-        let phase = match (self.paused, &self.propagation) {
-            (true, _) => Phase::Paused,
-            (false, None) => Phase::FindingSurface,
-            (false, Some(_)) => Phase::Training,
+        let phase = match (&self.propagation, &self.estimation) {
+            _ if self.paused => Phase::Paused,
+            (None, _) => Phase::FindingSurface,
+            (Some(_), Some(estimation)) => Phase::Estimating {
+                percent: estimation.percent(),
+            },
+            (Some(_), None) => Phase::Training,
         };
         let held_out = self.trainer.error();
         let status = Status {
@@ -256,6 +289,7 @@ impl Worker<'_> {
 
     /// Does a slice of work; `false` when there was nothing to do.
     pub(super) fn advance(&mut self) -> Result<bool, WorkerError> {
+        self.take_estimated_if_ready()?;
         if let Some(propagation) = self.new_propagation()? {
             if self.labels.imported.is_some() && self.propagation.is_some() {
                 // The surface of before stays until the images are propagated over this one too.

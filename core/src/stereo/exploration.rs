@@ -3,11 +3,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::StereoError;
 use super::consistency::Tolerance;
 use super::level::Level;
 use super::selection::select;
 use super::view::View;
-use super::{EXPLORING, StereoError, Work};
 use crate::scene::{Bounds, Frame, Scene};
 
 /// Nearest depth that is looked for at first, as a share of the cameras' extent.
@@ -23,8 +23,6 @@ const TOLERANCE: Tolerance = Tolerance {
     pixels: 1.0,
 };
 const AGREE: u8 = 2;
-/// The nearest depth of the scene is this share of that of all pixels but the nearest one in 200.
-const MARGIN: f32 = 0.8;
 const OUTLIERS: usize = 200;
 /// Rows and columns of places in a view that decide which others go with it.
 const PLACES: [usize; 2] = [6, 8];
@@ -37,54 +35,59 @@ pub struct Setup {
     pub neighbours: Vec<Vec<usize>>,
 }
 
-/// Matches small images of these frames with views chosen by pose or sparse points, and chooses again by what they show.
-///
-/// # Errors
-/// Cameras that are all in one place, or a caller that wants no more.
-pub fn explore(level: &Level, scene: &Scene, frames: &[usize], work: &Work) -> Result<Setup, StereoError> {
-    let views = &level.views;
-    let cameras = Bounds::of_cameras(views.iter().map(|view| view.center));
-    let extent = cameras.size().max_element();
-    if extent <= 0.0 {
-        return Err(StereoError::NoParallax);
-    }
-    let assumed = |number: usize| {
-        let frame = &scene.frames[frames[number]];
-        if frame.points.len() >= FEWEST_POINTS {
-            return sparse_points(frame);
+impl Setup {
+    /// What poses and sparse points tell of these frames.
+    ///
+    /// # Errors
+    /// Cameras that are all in one place.
+    pub fn assumed(views: &[View], scene: &Scene, frames: &[usize]) -> Result<Self, StereoError> {
+        let cameras = Bounds::of_cameras(views.iter().map(|view| view.center));
+        let extent = cameras.size().max_element();
+        if extent <= 0.0 {
+            return Err(StereoError::NoParallax);
         }
-        let depths = ASSUMED.iter().map(|share| share * extent);
-        let at = |depth: f32| grid(&views[number], [3, 3], move |_, _| 1.0 / depth);
-        depths.flat_map(at).collect()
-    };
-    let mut setup = Setup {
-        nearest: NEAREST * extent,
-        neighbours: neighbours(views, assumed),
-    };
-    let matched = level.matched(&setup, EXPLORING, work)?;
-    let all = |_, _| true;
-    let sure = level.checked(&setup, &matched, TOLERANCE, all, |own, verdict| {
-        if verdict.is_sure(AGREE) { own } else { 0.0 }
-    });
-    let mut known: Vec<f32> = sure.iter().flatten().copied().filter(|&own| own > 0.0).collect();
-    if known.is_empty() {
-        return Ok(setup);
-    }
-    known.sort_by(|a, b| b.total_cmp(a));
-    let (near, median) = (known[known.len() / OUTLIERS], known[known.len() / 2]);
-    setup.nearest = setup.nearest.max(MARGIN / near);
-    setup.neighbours = neighbours(views, |number| {
-        let view = &views[number];
-        let own = sure[number].iter().enumerate().filter(|&(_, &own)| own > 0.0);
-        let own = own.map(|(index, &own)| (view.camera.center_of(index), own));
-        let own: Vec<((f32, f32), f32)> = own.collect();
-        grid(view, PLACES, |x, y| {
-            let off = |&((u, v), _): &((f32, f32), f32)| (u - x).powi(2) + (v - y).powi(2);
-            let nearest = own.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-            nearest.map_or(median, |&(_, inverse)| inverse)
+        let assumed = |number: usize| {
+            let frame = &scene.frames[frames[number]];
+            if frame.points.len() >= FEWEST_POINTS {
+                return sparse_points(frame);
+            }
+            let depths = ASSUMED.iter().map(|share| share * extent);
+            let at = |depth: f32| grid(&views[number], [3, 3], move |_, _| 1.0 / depth);
+            depths.flat_map(at).collect()
+        };
+        Ok(Self {
+            nearest: NEAREST * extent,
+            neighbours: neighbours(views, assumed),
         })
-    });
-    Ok(setup)
+    }
+
+    /// Chooses again by what was matched in images of one size. The scene comes no nearer than `margin` times the nearest
+    /// depth found there, that of one pixel in 200 aside.
+    pub fn improve(&mut self, level: &Level, matched: &[Vec<f32>], margin: f32) {
+        let views = &level.views;
+        let all = |_, _| true;
+        let sure = level.checked(self, matched, TOLERANCE, all, |own, verdict| {
+            if verdict.is_sure(AGREE) { own } else { 0.0 }
+        });
+        let mut known: Vec<f32> = sure.iter().flatten().copied().filter(|&own| own > 0.0).collect();
+        if known.is_empty() {
+            return;
+        }
+        known.sort_by(|a, b| b.total_cmp(a));
+        let (near, median) = (known[known.len() / OUTLIERS], known[known.len() / 2]);
+        self.nearest = self.nearest.max(margin / near);
+        self.neighbours = neighbours(views, |number| {
+            let view = &views[number];
+            let own = sure[number].iter().enumerate().filter(|&(_, &own)| own > 0.0);
+            let own = own.map(|(index, &own)| (view.camera.center_of(index), own));
+            let own: Vec<((f32, f32), f32)> = own.collect();
+            grid(view, PLACES, |x, y| {
+                let off = |&((u, v), _): &((f32, f32), f32)| (u - x).powi(2) + (v - y).powi(2);
+                let nearest = own.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+                nearest.map_or(median, |&(_, inverse)| inverse)
+            })
+        });
+    }
 }
 
 /// The views that go with each view, by world positions in what it sees.

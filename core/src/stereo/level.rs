@@ -9,7 +9,7 @@ use super::filling::{self, Seed, fill};
 use super::selection::{CHECKED, MATCHED};
 use super::sweep;
 use super::view::{View, Warp};
-use super::{FILLING, StereoError, Work};
+use super::{StereoDepth, StereoError, Work};
 use crate::scene::Scene;
 
 /// How far apart hypotheses are in the median view that is matched with, in pixels, and how many there may be. The
@@ -53,18 +53,35 @@ struct Workspace {
 }
 
 impl Level {
-    /// The frames at 1/`stride` of their resolution.
+    /// The frames at 1/`stride` of their resolution, for each stride.
     ///
     /// # Errors
     /// A file that can no longer be read, or a caller that wants no more.
-    pub fn read(scene: &Scene, frames: &[usize], stride: u32, work: &Work) -> Result<Self, StereoError> {
-        let view = |&frame: &usize| {
+    pub fn read<const N: usize>(
+        scene: &Scene,
+        frames: &[usize],
+        strides: [u32; N],
+        work: &Work,
+    ) -> Result<[Self; N], StereoError> {
+        let views = |&frame: &usize| {
             work.advance(0)?;
             let frame = &scene.frames[frame];
-            Ok(View::new(frame, &frame.pixels()?.color, stride))
+            let pixels = frame.pixels()?;
+            Ok(strides.map(|stride| View::new(frame, &pixels.color, stride)))
         };
-        let views = frames.par_iter().map(view).collect::<Result<_, StereoError>>()?;
-        Ok(Self { views })
+        let read = frames
+            .par_iter()
+            .map(views)
+            .collect::<Result<Vec<_>, StereoError>>()?;
+        let mut levels = [(); N].map(|()| Self {
+            views: Vec::with_capacity(read.len()),
+        });
+        for view in read {
+            for (level, view) in levels.iter_mut().zip(view) {
+                level.views.push(view);
+            }
+        }
+        Ok(levels)
     }
 
     /// Inverse depths by matching; each view is so many parts of the work.
@@ -122,8 +139,32 @@ impl Level {
         (0..self.views.len()).into_par_iter().map(check).collect()
     }
 
+    /// The depth of these frames, the views, by what was matched: kept where views agree, and filled in between. Filling a
+    /// view, which is done twice, is so many parts of the work.
+    ///
+    /// # Errors
+    /// The caller wants no more.
+    pub fn depth(
+        &self,
+        frames: &[usize],
+        setup: &Setup,
+        matched: Vec<Vec<f32>>,
+        parts: usize,
+        work: &Work,
+    ) -> Result<Vec<StereoDepth>, StereoError> {
+        let mut seeds = self.seeds(setup, &matched);
+        drop(matched);
+        let inverse = self.completed(setup, &mut seeds, parts, work)?;
+        let views = frames.iter().zip(&self.views).zip(inverse.iter().zip(&seeds));
+        let depth = views.map(|((&frame, view), (inverse, seeds))| {
+            let is_confident = seeds.iter().map(Seed::is_confident).collect();
+            StereoDepth::new(frame, view, inverse, is_confident)
+        });
+        Ok(depth.collect())
+    }
+
     /// What views are sure of: each of its own depth, and of that of others that show the same place.
-    pub fn seeds(&self, setup: &Setup, matched: &[Vec<f32>]) -> Vec<Vec<Seed>> {
+    fn seeds(&self, setup: &Setup, matched: &[Vec<f32>]) -> Vec<Vec<Seed>> {
         let is_valid = |view: usize, index: usize| self.views[view].is_valid(index);
         let sure = self.checked(setup, matched, MATCHED_TOLERANCE, is_valid, |_, verdict| {
             let is_sure = verdict.is_sure(AGREE);
@@ -181,13 +222,14 @@ impl Level {
     ///
     /// # Errors
     /// The caller wants no more.
-    pub fn completed(
+    fn completed(
         &self,
         setup: &Setup,
         seeds: &mut [Vec<Seed>],
+        parts: usize,
         work: &Work,
     ) -> Result<Vec<Vec<f32>>, StereoError> {
-        let filled = self.filled(setup, seeds, work)?;
+        let filled = self.filled(setup, seeds, parts, work)?;
         let is_filled = |view: usize, index: usize| !seeds[view][index].is_confident();
         let votes = self.checked(setup, &filled, FILLED_TOLERANCE, is_filled, |_, verdict| {
             let is_voted = verdict.agree >= AGREE_FILLED && verdict.agree >= 2 * verdict.violate;
@@ -202,11 +244,17 @@ impl Level {
                 *seed = vote;
             }
         }
-        self.filled(setup, seeds, work)
+        self.filled(setup, seeds, parts, work)
     }
 
     /// Inverse depth everywhere: that of the seeds where they were matched, and planes between them.
-    fn filled(&self, setup: &Setup, seeds: &[Vec<Seed>], work: &Work) -> Result<Vec<Vec<f32>>, StereoError> {
+    fn filled(
+        &self,
+        setup: &Setup,
+        seeds: &[Vec<Seed>],
+        parts: usize,
+        work: &Work,
+    ) -> Result<Vec<Vec<f32>>, StereoError> {
         let farthest = 1.0 / (FARTHEST * setup.nearest);
         let one = |workspace: &mut filling::Workspace, number: usize| {
             let mut filled = fill(&self.views[number], &seeds[number], farthest, workspace);
@@ -215,7 +263,7 @@ impl Level {
                     *filled = seed.inverse;
                 }
             }
-            work.advance(FILLING)?;
+            work.advance(parts)?;
             Ok(filled)
         };
         let views = (0..self.views.len()).into_par_iter().with_min_len(AT_A_TIME);

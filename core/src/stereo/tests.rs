@@ -55,7 +55,7 @@ pub(crate) fn capture(board: bool) -> (Scene, Vec<Vec<f32>>) {
 }
 
 fn depth(scene: &Scene) -> Vec<StereoDepth> {
-    estimate(scene, &|_| true).unwrap()
+    estimate(scene, None, &|_| true).unwrap()
 }
 
 /// Relative errors of all pixels that have depth and are wanted.
@@ -136,13 +136,13 @@ fn without_parallax_or_when_told_to_it_stops() {
     let (mut scene, _) = capture(false);
     // Either at once, while images are read, or after a part of the work.
     for goes_on in [|share: f32| share > 0.0, |share: f32| share == 0.0] {
-        let stopped = estimate(&scene, &goes_on);
+        let stopped = estimate(&scene, None, &goes_on);
         assert!(matches!(stopped, Err(StereoError::Stopped)), "{stopped:?}");
     }
     for frame in &mut scene.frames {
         frame.camera_to_world.translation = Vec3::ONE.into();
     }
-    let error = estimate(&scene, &|_| true).unwrap_err();
+    let error = estimate(&scene, None, &|_| true).unwrap_err();
     assert!(matches!(error, StereoError::NoParallax), "{error}");
 }
 

@@ -1,6 +1,6 @@
 //! `inplace-lab bench stereo`: how good the depth is that multi-view stereo estimates from colours alone, beside measured depth that it never sees.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ const BAND: usize = 3;
 
 /// The columns of `stereo.csv`.
 const COLUMNS: &str =
-    "scene seconds:2 confident:4 complete:4 error:5 within_1:4 within_5:4 within_10:4 edge_error:5";
+    "scene look seconds:2 confident:4 complete:4 error:5 within_1:4 within_5:4 within_10:4 edge_error:5";
 
 /// How good the depth of all keyframes is. Shares are of the pixels with measured depth, errors relative to it; unknown
 /// without any.
@@ -30,6 +30,8 @@ const COLUMNS: &str =
 struct StereoPoint {
     /// Name of the scene.
     scene: String,
+    /// "first" for what is known at a quarter of the images' width and height, "full" for the end.
+    look: &'static str,
     /// Wall time since the scene was open, in seconds.
     seconds: f64,
     /// Share of all pixels that were matched, in several views alike.
@@ -64,7 +66,7 @@ pub fn run(arguments: &StereoArguments) -> Result<(), Failure> {
         let scene = Scene::open(&source, options, &|_, _| {})?;
         let progress = Progress::default();
         let told = |share: f32| progress.show_share(argument.display().to_string(), share);
-        points.push(pool.install(|| stereo_depth(scene, &told))?);
+        points.extend(pool.install(|| stereo_depth(scene, &told))?);
     }
     export::write(&out.join("stereo.csv"), csv(&points, COLUMNS)?.as_bytes())?;
     page(threads, &points)?.publish(&arguments.output, "stereo", &points)
@@ -79,7 +81,7 @@ fn page(threads: usize, points: &[StereoPoint]) -> Result<Page, Failure> {
     ));
     page.means(
         points,
-        "scene | seconds:1 | confident:1% | complete:1% | median=error:2% | at edges=edge_error:2% | 1%=within_1:1% | \
+        "scene | look | seconds:1 | confident:1% | complete:1% | median=error:2% | at edges=edge_error:2% | 1%=within_1:1% | \
          5%=within_5:1% | 10%=within_10:1%",
     )?;
     Ok(page)
@@ -90,18 +92,24 @@ fn page(threads: usize, points: &[StereoPoint]) -> Result<Page, Failure> {
 ///
 /// # Errors
 /// A scene without parallax, or whose files can no longer be read.
-fn stereo_depth(mut scene: Scene, told: &(dyn Fn(f32) + Sync)) -> Result<StereoPoint, Failure> {
+fn stereo_depth(mut scene: Scene, told: &(dyn Fn(f32) + Sync)) -> Result<Vec<StereoPoint>, Failure> {
     let start = Instant::now();
     refine_poses(&mut scene);
     let go_on = |share: f32| {
         told(share);
         true
     };
-    let maps = estimate(&scene, &go_on)?;
-    Ok(measured(&scene, &maps, start.elapsed().as_secs_f64()))
+    let mut looks = Vec::with_capacity(2);
+    let mut first = |maps| looks.push(("first", start.elapsed(), maps));
+    let full = estimate(&scene, Some(&mut first), &go_on)?;
+    looks.push(("full", start.elapsed(), full));
+    let measured = |(look, elapsed, maps): &(&'static str, Duration, Vec<StereoDepth>)| {
+        measured(&scene, maps, look, elapsed.as_secs_f64())
+    };
+    Ok(looks.iter().map(measured).collect())
 }
 
-fn measured(scene: &Scene, maps: &[StereoDepth], seconds: f64) -> StereoPoint {
+fn measured(scene: &Scene, maps: &[StereoDepth], look: &'static str, seconds: f64) -> StereoPoint {
     let (mut pixels, mut confident, mut known, mut measured) = (0, 0, 0, 0);
     let (mut errors, mut at_edges) = (Vec::new(), Vec::new());
     for map in maps {
@@ -136,6 +144,7 @@ fn measured(scene: &Scene, maps: &[StereoDepth], seconds: f64) -> StereoPoint {
     let [within_1, within_5, within_10] = [0.01, 0.05, 0.1].map(within);
     StereoPoint {
         scene: scene.name(),
+        look,
         seconds,
         confident: confident as f64 / pixels as f64,
         complete: known as f64 / pixels as f64,

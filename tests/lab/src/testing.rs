@@ -35,6 +35,7 @@ pub fn options(source: SceneSource) -> SessionOptions {
         threads: 2,
         seed: 4,
         views: false,
+        first_look: false,
         features: None,
         state: None,
     }

@@ -116,6 +116,7 @@ impl Reader {
     ) -> Result<Vec<Arc<FrameMap>>, String> {
         let is_final = true;
         let options = SessionOptions {
+            first_look: false,
             state: contents.model.clone().map(|model| Saved { model, is_final }),
             ..self.session.clone()
         };
@@ -137,7 +138,7 @@ impl Reader {
                 }
                 Some(Event::Status(status)) => tell(match status.phase {
                     Phase::Training => format!("Training for its maps: step {}", status.steps),
-                    Phase::Opening | Phase::FindingSurface | Phase::Paused => {
+                    Phase::Opening | Phase::FindingSurface | Phase::Estimating { .. } | Phase::Paused => {
                         "Finding the surface".to_owned()
                     }
                 }),
@@ -338,6 +339,7 @@ mod tests {
                 threads: 2,
                 seed: 1,
                 views: false,
+                first_look: false,
                 features: None,
                 state: None,
             },

@@ -281,6 +281,7 @@ impl Workspace {
             (.., Phase::Training) => "Running",
             (.., Phase::Opening) => "Getting ready",
             (.., Phase::FindingSurface) => "Finding the surface",
+            (.., Phase::Estimating { .. }) => "Estimating depth",
         }
     }
 }

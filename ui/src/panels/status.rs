@@ -1,7 +1,7 @@
 //! How training goes.
 
 use egui::Ui;
-use inplace_core::session::Status;
+use inplace_core::session::{Phase, Status};
 use inplace_model::preferences::Pane;
 use inplace_model::text::counted;
 use inplace_model::workspace::{Reading, Workspace};
@@ -21,7 +21,10 @@ pub fn show(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
         Some(Reading::Depth(share)) => format!("Estimating depth: {:.0}%", 100.0 * share),
         Some(Reading::Frames(0, _)) => "Reading the frames".to_owned(),
         Some(Reading::Frames(done, total)) => format!("Reading: {}", frames_done(done, total)),
-        None => workspace.phase_in_words().to_owned(),
+        None => match (workspace.phase_in_words(), workspace.status.phase) {
+            (words, Phase::Estimating { percent }) if running => format!("{words}: {percent}%"),
+            (words, _) => words.to_owned(),
+        },
     });
     let phase = if running {
         phase.color(accent)

@@ -32,9 +32,9 @@ impl FeatureSearch {
 }
 
 impl Worker<'_> {
-    /// Has the network look at the images, if that is still to be begun.
+    /// Has the network look at the images, if that is still to be begun and depth is known.
     pub(super) fn find_features(&mut self) {
-        if let FeatureSearch::Wanted(file) = &self.features {
+        if let (FeatureSearch::Wanted(file), None) = (&self.features, &self.estimation) {
             let (file, scene) = (file.clone(), Arc::clone(&self.scene));
             let threads = self.options.threads.max(1);
             let look = Background::start("inplace-features", threads, self.generation, move |stop| {

@@ -31,7 +31,7 @@ fn surface(worker: &Worker<'_>) -> Option<*const crate::semantics::Surface> {
 
 /// A worker on a scene that has its first surface.
 fn with_surface<'a>(scene: &Arc<Scene>, options: &'a SessionOptions, outbox: &'a Outbox) -> Worker<'a> {
-    let mut worker = Worker::new(Arc::clone(scene), Vec::new(), options, outbox).unwrap();
+    let mut worker = Worker::new(Arc::clone(scene).into(), None, options, outbox).unwrap();
     advance_until(&mut worker, |worker| worker.propagation.is_some());
     worker
 }
@@ -59,7 +59,7 @@ fn advance_until(worker: &mut Worker<'_>, is_it: impl Fn(&Worker<'_>) -> bool) {
 #[test]
 fn training_waits_for_the_first_surface() {
     let (outbox, options) = (outbox(), options());
-    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
+    let mut worker = Worker::new(Arc::new(half_measured()).into(), None, &options, &outbox).unwrap();
     advance_until(&mut worker, |worker| {
         assert!(worker.propagation.is_some() || worker.trainer.steps() == 0);
         worker.propagation.is_some()
@@ -144,7 +144,7 @@ fn of_labels_that_wait_the_newest_alone_are_followed() {
 #[test]
 fn a_session_that_settles_without_a_surface_ends_with_an_error() {
     let (outbox, options) = (outbox(), options());
-    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
+    let mut worker = Worker::new(Arc::new(half_measured()).into(), None, &options, &outbox).unwrap();
     // Images of depth in which nothing was measured.
     let mut empty = half_measured();
     for frame in &mut empty.frames {
@@ -167,7 +167,7 @@ fn a_session_that_settles_without_a_surface_ends_with_an_error() {
 fn suggestions_and_checks_that_panic_end_with_an_empty_answer_and_a_warning() {
     let (sender, events) = crossbeam_channel::unbounded();
     let (outbox, options) = (Outbox::new(sender, Arc::default(), Box::new(|| {})), options());
-    let mut worker = Worker::new(Arc::new(half_measured()), Vec::new(), &options, &outbox).unwrap();
+    let mut worker = Worker::new(Arc::new(half_measured()).into(), None, &options, &outbox).unwrap();
     worker.suggesting = Some(Background::start("inplace-test", 1, 7, |_| panic!("on purpose")));
     worker.checking = Some(Background::start("inplace-test", 1, 7, |_| panic!("on purpose")));
     let end = Instant::now() + Duration::from_secs(60);

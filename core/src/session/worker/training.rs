@@ -9,7 +9,8 @@ impl Worker<'_> {
     /// A slice of training; `false` when there is nothing to train.
     pub(super) fn train(&mut self) -> Result<bool, WorkerError> {
         // The first labels come sooner where the surface has all cores.
-        if self.propagation.is_none() && self.refiner.is_building() {
+        let is_first = self.propagation.is_none() || self.trainer.steps() == 0;
+        if self.estimation.is_some() || is_first && self.refiner.is_building() {
             return Ok(false);
         }
         if self.refiner.is_rendering() && (!self.paused || self.propagation.is_none()) {

@@ -167,7 +167,7 @@ impl ParetoRun {
             refine_poses(&mut scene);
             let scene = Arc::new(scene);
             let mut depth = vec![None; scene.frames.len()];
-            for own in estimate(&scene, &|_| true)? {
+            for own in estimate(&scene, None, &|_| true)? {
                 depth[own.frame] = Some(Arc::new(FieldDepth::from(&own)));
             }
             let extent = Volume::around(&scene.bounds()).side;

@@ -126,6 +126,7 @@ impl Model {
             threads: threads.max(1),
             seed: self.start.seed,
             views: false,
+            first_look: true,
             features: features.cloned(),
             state,
         }
