@@ -64,6 +64,12 @@ fn what_the_worker_reports_is_said() {
     window.sees("Spreading them over the scene");
     window.key(Key::N);
     window.says("as soon as the surface");
+    let status = Status {
+        phase: Phase::Estimating { percent: 45 },
+        ..Status::default()
+    };
+    window.tell(Event::Status(status));
+    window.sees("Estimating depth: 45%");
     window.tell(Event::Status(Status::default()));
     window.misses("Importing labels");
 }

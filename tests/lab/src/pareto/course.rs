@@ -13,7 +13,7 @@ use inplace_core::labels::{ClassId, LabelSet};
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{FieldDepth, LabelPropagation, Surface};
 use inplace_core::session::{Client, Command, Event, Phase, SessionOptions};
-use inplace_core::stereo::estimate;
+use inplace_core::stereo::{StereoDepth, estimate};
 
 const GENERATION: u64 = 1;
 
@@ -159,24 +159,35 @@ impl ParetoRun {
         })
     }
 
-    /// The surface that stereo finds, and the labels propagated over it.
+    /// The surfaces that stereo finds by its first look and in the end, and the labels propagated over each.
     fn of_stereo(&self, prepared: &Prepared) -> Result<Vec<ParetoPoint>, Failure> {
-        let start = Instant::now();
+        let mut clock = Clock::start();
         pool(self.session.threads)?.install(|| {
             let mut scene = Scene::open(&self.session.source, self.session.open, &|_, _| {})?;
             refine_poses(&mut scene);
             let scene = Arc::new(scene);
-            let mut depth = vec![None; scene.frames.len()];
-            for own in estimate(&scene, None, &|_| true)? {
-                depth[own.frame] = Some(Arc::new(FieldDepth::from(&own)));
-            }
             let extent = Volume::around(&scene.bounds()).side;
-            let Some(surface) = Surface::build(&scene, &depth, extent).map(Arc::new) else {
-                return Ok(Vec::new());
+            let mut points = Vec::new();
+            let mut measure = |estimated: Vec<StereoDepth>| -> Result<(), Failure> {
+                let mut depth = vec![None; scene.frames.len()];
+                for own in &estimated {
+                    depth[own.frame] = Some(Arc::new(FieldDepth::from(own)));
+                }
+                let Some(surface) = Surface::build(&scene, &depth, extent).map(Arc::new) else {
+                    return Ok(());
+                };
+                let maps = spread(&scene, prepared, &surface);
+                let wall = clock.elapsed();
+                points.push(self.alone(&scene, prepared, wall, &surface, maps, None)?);
+                clock.back_to(wall);
+                Ok(())
             };
-            let maps = spread(&scene, prepared, &surface);
-            let point = self.alone(&scene, prepared, start.elapsed(), &surface, maps, None)?;
-            Ok(vec![point])
+            let mut measured = Ok(());
+            let mut first = |depth| measured = measure(depth);
+            let full = estimate(&scene, Some(&mut first), &|_| true)?;
+            measured?;
+            measure(full)?;
+            Ok(points)
         })
     }
 
