@@ -68,9 +68,13 @@ impl Estimation {
         let outbox = outbox.clone();
         let work = move || {
             let told = Told::default();
+            let has_first = AtomicBool::new(false);
             let go_on = |share: f32| {
                 percent.fetch_max((100.0 * share) as u8, Ordering::Relaxed);
-                told.now_and_then(share >= 1.0, || outbox.send(Event::Estimating { share }));
+                // From the first look on, the status says it.
+                if !has_first.load(Ordering::Relaxed) {
+                    told.now_and_then(share >= 1.0, || outbox.send(Event::Estimating { share }));
+                }
                 !is_dropped.load(Ordering::Relaxed)
             };
             let scene = with_refined_poses(scene, &|| !is_dropped.load(Ordering::Relaxed));
@@ -79,6 +83,7 @@ impl Estimation {
                 let _ = sender.send(estimated);
             };
             let mut first = |depth: Vec<StereoDepth>| {
+                has_first.store(true, Ordering::Relaxed);
                 tell(Ok(Estimated {
                     scene: Arc::clone(&scene),
                     depth: lengths(&scene, &depth),

@@ -75,8 +75,11 @@ fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
     });
 }
 
-/// What matters most of the rows, as far as it is known.
+/// What matters most of the rows, as far as it is known; nothing while depth is estimated, which fills the line.
 fn summary(status: &Status, most: f32) -> String {
+    if matches!(status.phase, Phase::Estimating { .. }) {
+        return String::new();
+    }
     let quality = status.held_out_psnr.map(|db| numbers::decibels(db.into()));
     // Without any labels nothing is unsure.
     let uncertainty = status.mean_entropy.filter(|&entropy| entropy > 0.0);
