@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::Instant;
 
-use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, select};
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 
 use super::background::in_background;
-use super::opening::Told;
+use super::opening::{Told, stopped, wait_for};
 use super::outbox::Outbox;
 use super::serve::WorkerError;
 use super::{Command, Event};
@@ -18,6 +18,7 @@ use crate::stereo::{self, StereoDepth, StereoError};
 
 /// Most sparse points that stereo adds to a scene, over all of its frames.
 const MOST_POINTS: usize = 1 << 20;
+const FAILED: &str = "the depth could not be estimated";
 
 /// A scene whose depth was estimated, and whose poses were refined where that helps.
 pub(super) struct Estimated {
@@ -111,15 +112,7 @@ impl Estimation {
         commands: &Receiver<Command>,
         early: &mut Vec<Command>,
     ) -> Result<Option<Estimated>, WorkerError> {
-        loop {
-            select! {
-                recv(commands) -> command => match command {
-                    Ok(Command::Stop) | Err(_) => return Ok(None),
-                    Ok(command) => early.push(command),
-                },
-                recv(self.answers) -> answer => return answer.unwrap_or_else(|_| Err(failed())).map(Some),
-            }
-        }
+        wait_for(&self.answers, FAILED, commands, early)?.transpose()
     }
 
     /// The next answer, if it is there.
@@ -127,7 +120,7 @@ impl Estimation {
         match self.answers.try_recv() {
             Ok(answer) => answer.map(Some),
             Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(failed()),
+            Err(TryRecvError::Disconnected) => Err(stopped(FAILED)),
         }
     }
 
@@ -147,10 +140,6 @@ impl Drop for Estimation {
     fn drop(&mut self) {
         self.is_dropped.store(true, Ordering::Relaxed);
     }
-}
-
-fn failed() -> WorkerError {
-    WorkerError::Other("the depth could not be estimated: an internal error stopped it".to_owned())
 }
 
 /// The scene with poses that fit its images better, where there are any.

@@ -67,17 +67,30 @@ pub(super) fn meanwhile<T: Send + 'static>(
 ) -> Result<Option<T>, WorkerError> {
     // It is about no labels, and told to stop when this ends.
     let running = Background::start(name, 1, 0, move |stopped| Some(work(stopped)));
+    wait_for(&running.answer, failed, commands, early).map(Option::flatten)
+}
+
+/// Waits for the next answer of work that is under way, as [`meanwhile`] does.
+pub(super) fn wait_for<T>(
+    answers: &Receiver<T>,
+    failed: &str,
+    commands: &Receiver<Command>,
+    early: &mut Vec<Command>,
+) -> Result<Option<T>, WorkerError> {
     loop {
         select! {
             recv(commands) -> command => match command {
                 Ok(Command::Stop) | Err(_) => return Ok(None),
                 Ok(command) => early.push(command),
             },
-            recv(running.answer) -> done => return done.map_err(|_| {
-                WorkerError::Other(format!("{failed}: an internal error stopped it"))
-            }),
+            recv(answers) -> answer => return answer.map(Some).map_err(|_| stopped(failed)),
         }
     }
+}
+
+/// Work ended without an answer; the sentence `failed` says what it was.
+pub(super) fn stopped(failed: &str) -> WorkerError {
+    WorkerError::Other(format!("{failed}: an internal error stopped it"))
 }
 
 /// When progress was reported last, from any thread.

@@ -23,6 +23,7 @@ const TOLERANCE: Tolerance = Tolerance {
     pixels: 1.0,
 };
 const AGREE: u8 = 2;
+/// One pixel in so many may be nearer by mistake.
 const OUTLIERS: usize = 200;
 /// Rows and columns of places in a view that decide which others go with it.
 const PLACES: [usize; 2] = [6, 8];

@@ -54,7 +54,7 @@ impl Adam {
     /// Goes on with another parameter, whose every row was a row of this one, with the moments of that row.
     ///
     /// # Errors
-    /// A parameter without rows.
+    /// A parameter of one dimension.
     pub fn regrown(&self, parameter: &Var, sources: &[u32]) -> Result<Self> {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let width = self.parameter.dim(1)?;
