@@ -13,7 +13,7 @@ use super::pngs::CLASSES;
 use super::{ExportError, Ids, Options, REPORT, Refusal, atomic};
 use crate::labels::{Class, ClassId, LabelSet, Object, ObjectId, VOID};
 use crate::project::same_file;
-use crate::scene::{Frame, Scene};
+use crate::scene::{Frame, ImagePixels, Scene};
 use crate::semantics::{KnownPart, Surface, SurfaceObjects};
 use crate::session::{CERTAIN, FrameMap};
 
@@ -413,6 +413,7 @@ pub(super) fn write<L: Layout>(
     }
     // It would be taken for that of a run that has made all of these files.
     super::remove(&folder.join(REPORT))?;
+    let places = ImagePixels::default();
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
     // Nothing may list other files than those beside it, even if this export is stopped: what does is removed before.
@@ -435,11 +436,15 @@ pub(super) fn write<L: Layout>(
         }
         // Without its files a frame would get labels of nothing.
         frame.pixels()?;
-        let (written, entry) = exported(frame, (map, objects.as_ref()), &ids, options.least_probability)
-            .and_then(|labelled| layout.frame(&labelled))
-            .map_err(|reason| {
-                ExportError::incomplete(folder, format!("frame \"{}\": {reason}", frame.stem))
-            })?;
+        let (written, entry) = exported(
+            frame,
+            (map, objects.as_ref()),
+            &ids,
+            options.least_probability,
+            &places,
+        )
+        .and_then(|labelled| layout.frame(&labelled))
+        .map_err(|reason| ExportError::incomplete(folder, format!("frame \"{}\": {reason}", frame.stem)))?;
         if let Some(file) = written.iter().find(|file| file.is_among(folder, &frame.path)) {
             let name = file.path.display();
             let reason = format!("{name} would lie among the capture's own images; choose another folder");
@@ -502,8 +507,10 @@ pub(super) fn exported<'a>(
     (map, objects): (&FrameMap, Option<&'a Objects>),
     ids: &'a Ids<'_>,
     least_probability: Option<f32>,
+    places: &ImagePixels,
 ) -> Result<Labelled<'a>, Refusal> {
-    let map = map.in_image_with(frame, objects.and_then(|objects| objects.on_surface_of(map)));
+    let on_surface = objects.and_then(|objects| objects.on_surface_of(map));
+    let map = map.in_image_with(frame, on_surface, places);
     let mut labels = map.labels().into_owned();
     if let Some(least) = least_probability {
         let confidence = map.confidence().ok_or(

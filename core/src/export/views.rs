@@ -7,7 +7,9 @@ use super::layout::{About, Labelled, Layout, OutputFile, Written, exported};
 use super::pngs::Pngs;
 use super::{ExportError, Options, Refusal};
 use crate::labels::{Class, png};
-use crate::scene::{Camera, Frame, Scene, Trajectory, Viewpoint, intrinsics_line, pose_line, z_millimetres};
+use crate::scene::{
+    Camera, Frame, ImagePixels, Scene, Trajectory, Viewpoint, intrinsics_line, pose_line, z_millimetres,
+};
 use crate::semantics::NovelViews;
 
 /// Views to render.
@@ -68,9 +70,15 @@ pub fn export_views(
         };
         let rendered = views.renderer.view(number, &viewpoint);
         let (frame, map) = rendered.map_err(|error| incomplete(error.into()))?;
-        let files = exported(&frame, (&map, None), &ids, options.least_probability)
-            .and_then(|labelled| files(&frame, &labelled))
-            .map_err(|reason| ExportError::incomplete(folder, format!("view {number}: {reason}")))?;
+        let files = exported(
+            &frame,
+            (&map, None),
+            &ids,
+            options.least_probability,
+            &ImagePixels::default(),
+        )
+        .and_then(|labelled| files(&frame, &labelled))
+        .map_err(|reason| ExportError::incomplete(folder, format!("view {number}: {reason}")))?;
         files.iter().try_for_each(|file| written.write(folder, file))?;
         if progress(number + 1, total).is_break() && number + 1 < total {
             return Err(ExportError::cancelled(folder, number + 1, total));

@@ -10,14 +10,39 @@ use super::{Camera, FramePixels, Lens, Pixels, SceneError, Viewpoint};
 /// Share of pixels with measured depth above which what is missing follows from what lies beside it.
 const COMPLETE_DEPTH: f32 = 0.98;
 
+/// Pixels of an image, a bit each by row-major index, up to the last of them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct PixelSet(Vec<u64>);
+
+impl PixelSet {
+    fn insert(&mut self, index: usize) {
+        if self.0.len() <= index / 64 {
+            self.0.resize(index / 64 + 1, 0);
+        }
+        self.0[index / 64] |= 1 << (index % 64);
+    }
+
+    fn contains(&self, index: usize) -> bool {
+        self.0
+            .get(index / 64)
+            .is_some_and(|word| word >> (index % 64) & 1 == 1)
+    }
+
+    fn len(&self) -> usize {
+        self.0.iter().map(|word| word.count_ones() as usize).sum()
+    }
+}
+
 /// A colour image: 8-bit sRGB, row-major `[height, width, 3]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ColorImage {
     width: u32,
     height: u32,
     rgb: Vec<u8>,
-    /// The pixels that show no part of the scene, a bit each by row-major index; `None` where there are none.
-    hidden: Option<Vec<u64>>,
+    /// The pixels that alpha or a mask hides: no part of the scene.
+    hidden: PixelSet,
+    /// The pixels beyond the image on disk, which a lens bent.
+    beyond: PixelSet,
 }
 
 impl ColorImage {
@@ -27,51 +52,70 @@ impl ColorImage {
             width,
             height,
             rgb,
-            hidden: None,
+            hidden: PixelSet::default(),
+            beyond: PixelSet::default(),
         })
     }
 
     /// The same image with these pixels, by row-major index, hidden as well: black, and no part of the scene.
     pub fn hiding(mut self, hidden: impl Fn(usize) -> bool) -> Self {
-        let words = self.rgb.len().div_ceil(3 * 64);
-        let mut bits = self.hidden.take().unwrap_or_else(|| vec![0; words]);
         for (index, pixel) in self.rgb.chunks_exact_mut(3).enumerate() {
             if hidden(index) {
-                bits[index / 64] |= 1 << (index % 64);
+                self.hidden.insert(index);
                 pixel.fill(0);
             }
         }
-        self.hidden = bits.iter().any(|&word| word != 0).then_some(bits);
         self
     }
 
-    /// Whether the pixel with this row-major index shows no part of the scene.
+    /// An image with a colour for each pixel of the row-major iteration, black beyond the image on disk, where there is
+    /// none; `None` unless there are `width * height` of them.
+    pub(super) fn within(
+        width: u32,
+        height: u32,
+        colors: impl Iterator<Item = Option<[u8; 3]>>,
+    ) -> Option<Self> {
+        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
+        let mut beyond = PixelSet::default();
+        for (index, color) in colors.enumerate() {
+            if color.is_none() {
+                beyond.insert(index);
+            }
+            rgb.extend(color.unwrap_or_default());
+        }
+        Self::new(width, height, rgb).map(|image| Self { beyond, ..image })
+    }
+
+    /// Whether alpha or a mask hides the pixel with this row-major index.
     pub fn is_hidden(&self, index: usize) -> bool {
-        self.hidden
-            .as_ref()
-            .is_some_and(|bits| bits[index / 64] >> (index % 64) & 1 == 1)
+        self.hidden.contains(index)
     }
 
-    /// Number of the pixels that show no part of the scene.
+    /// Whether the pixel with this row-major index shows a part of the scene: it is neither hidden nor beyond the image
+    /// on disk. The colours of others mean nothing.
+    pub fn is_valid(&self, index: usize) -> bool {
+        !self.hidden.contains(index) && !self.beyond.contains(index)
+    }
+
+    /// Number of the hidden pixels.
     pub(super) fn hidden(&self) -> usize {
-        let words = self.hidden.iter().flatten();
-        words.map(|word| word.count_ones() as usize).sum()
+        self.hidden.len()
     }
 
-    /// Row-major indices of the pixels that show no part of the scene, ascending.
+    /// Row-major indices of the hidden pixels, ascending.
     pub fn hidden_pixels(&self) -> impl Iterator<Item = usize> + '_ {
-        let pixels = self.hidden.as_ref().map_or(0, |_| self.rgb.len() / 3);
+        let pixels = if self.hidden() > 0 { self.rgb.len() / 3 } else { 0 };
         (0..pixels).filter(|&index| self.is_hidden(index))
     }
 
     /// An image without light.
     pub(super) fn black(width: u32, height: u32) -> Self {
-        let rgb = vec![0; width as usize * height as usize * 3];
         Self {
             width,
             height,
-            rgb,
-            hidden: None,
+            rgb: vec![0; width as usize * height as usize * 3],
+            hidden: PixelSet::default(),
+            beyond: PixelSet::default(),
         }
     }
 
@@ -92,7 +136,8 @@ impl ColorImage {
 
     /// The bytes of the pixel with this row-major index.
     pub fn pixel(&self, index: usize) -> [u8; 3] {
-        std::array::from_fn(|channel| self.rgb[3 * index + channel])
+        let bytes = &self.rgb[3 * index..3 * index + 3];
+        [bytes[0], bytes[1], bytes[2]]
     }
 
     /// The colour of the pixel with this row-major index, each channel in 0..=1.
@@ -331,23 +376,14 @@ impl Frame {
         self.lens.as_ref().map_or(&self.camera, |lens| &lens.image)
     }
 
-    /// Whether the image on disk shows what the pixel with this row-major index shows, and it is part of the scene; the
-    /// colours of others mean nothing.
+    /// Whether the pixel with this row-major index shows a part of the scene, as by [`ColorImage::is_valid`]. For single
+    /// pixels, as [`Frame::color_of`].
     pub fn is_valid(&self, index: usize) -> bool {
-        let is_hidden = |pixels: &Pixels| pixels.color.is_hidden(index);
-        !(self.pixels.hidden > 0 && self.pixels.look(is_hidden).unwrap_or(false)) && self.reaches(index)
-    }
-
-    /// The same of a frame whose colour image is at hand.
-    pub fn shows(&self, color: &ColorImage, index: usize) -> bool {
-        !color.is_hidden(index) && self.reaches(index)
-    }
-
-    /// Whether the image on disk reaches as far as the pixel with this row-major index.
-    fn reaches(&self, index: usize) -> bool {
-        let width = self.camera.width;
-        let pixel = [index as u32 % width, index as u32 / width];
-        self.to_image(pixel).is_some()
+        self.is_whole()
+            || self
+                .pixels
+                .look(|pixels| pixels.color.is_valid(index))
+                .unwrap_or(false)
     }
 
     /// Row-major indices of the pixels that alpha or masks hide, ascending. No file is read where there are none.

@@ -134,6 +134,7 @@ impl Distortion {
     }
 
     /// R at a squared radius, and its derivative by the squared radius.
+    #[inline]
     fn radial(&self, square: f64) -> (f64, f64) {
         let [k1, k2, k3, k4, k5, k6] = self.radial;
         if !self.is_fisheye {
@@ -323,14 +324,13 @@ impl Lens {
         if (image.width(), image.height()) != (width, height) || width == 0 || height == 0 {
             return None;
         }
-        let mut rgb = Vec::with_capacity(3 * pinhole.pixels());
-        for row in 0..pinhole.height {
-            for column in 0..pinhole.width {
-                let place = self.to_image(pinhole, f64::from(column) + 0.5, f64::from(row) + 0.5);
-                rgb.extend(place.map_or([0; 3], |(x, y)| bilinear(image, x, y)));
-            }
-        }
-        ColorImage::new(pinhole.width, pinhole.height, rgb)
+        let colors = (0..pinhole.height).flat_map(|row| {
+            (0..pinhole.width).map(move |column| {
+                let (x, y) = self.to_image(pinhole, f64::from(column) + 0.5, f64::from(row) + 0.5)?;
+                Some(bilinear(image, x, y))
+            })
+        });
+        ColorImage::within(pinhole.width, pinhole.height, colors)
     }
 }
 
@@ -350,18 +350,27 @@ fn normalised(camera: &Camera, x: f64, y: f64) -> (f64, f64) {
 fn bilinear(image: &ColorImage, x: f64, y: f64) -> [u8; 3] {
     let across = |v: f64, size: u32| {
         let v = (v - 0.5).clamp(0.0, f64::from(size - 1));
-        let low = v.floor() as u32;
-        (low, (low + 1).min(size - 1), (v - v.floor()) as f32)
+        let low = v as u32;
+        (low, (low + 1).min(size - 1), (v - f64::from(low)) as f32)
     };
     let (left, right, share_x) = across(x, image.width());
     let (top, bottom, share_y) = across(y, image.height());
-    let at = |column: u32, row: u32| {
-        let [r, g, b] = image.pixel(row as usize * image.width() as usize + column as usize);
-        glam::Vec3::new(f32::from(r), f32::from(g), f32::from(b))
-    };
-    let upper = at(left, top).lerp(at(right, top), share_x);
-    let lower = at(left, bottom).lerp(at(right, bottom), share_x);
-    upper.lerp(lower, share_y).to_array().map(|v| v.round() as u8)
+    let at = |column: u32, row: u32| image.pixel(row as usize * image.width() as usize + column as usize);
+    let corners = [at(left, top), at(right, top), at(left, bottom), at(right, bottom)];
+    let (upper, lower) = (1.0 - share_y, share_y);
+    let shares = [
+        (1.0 - share_x) * upper,
+        share_x * upper,
+        (1.0 - share_x) * lower,
+        share_x * lower,
+    ];
+    std::array::from_fn(|channel| {
+        let parts = corners.iter().zip(shares);
+        let sum: f32 = parts
+            .map(|(color, share)| share * f32::from(color[channel]))
+            .sum();
+        (sum + 0.5) as u8
+    })
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ pub fn pixel_length(frame: &Frame, pixels: &Pixels, field: Option<&FieldDepth>, 
     let measured = pixels.depth.as_ref().and_then(|depth| depth.ray_length(index));
     match (measured, field) {
         (Some(length), _) => length,
-        (None, _) if !frame.shows(&pixels.color, index) => f32::NAN,
+        (None, _) if !pixels.color.is_valid(index) => f32::NAN,
         (None, Some(field)) => field.at(frame, &pixels.color, index),
         (None, None) => f32::NAN,
     }
@@ -72,7 +72,7 @@ impl FieldDepth {
         let stride = self.stride as f32;
         let x = ((index as u32 % camera.width) as f32 + 0.5) / stride - 0.5;
         let y = ((index as u32 / camera.width) as f32 + 0.5) / stride - 0.5;
-        let (x0, y0) = (x.floor().max(0.0) as u32, y.floor().max(0.0) as u32);
+        let (x0, y0) = (x.max(0.0) as u32, y.max(0.0) as u32);
         let (x1, y1) = ((x0 + 1).min(self.width - 1), (y0 + 1).min(height - 1));
         let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)];
         let lengths = corners.map(|(x, y)| self.lengths[(y * self.width + x) as usize]);

@@ -7,7 +7,7 @@ use super::on_surface::OnSurface;
 use super::posterior::NodeSummary;
 use super::{CERTAIN, ENTROPY_STEPS_PER_NAT, Posterior, Surface, SurfaceObjects};
 use crate::labels::{ClassId, LabelSet, Pixel, VOID};
-use crate::scene::Frame;
+use crate::scene::{Frame, ImagePixels};
 
 /// Dense labels of one frame, row-major `[height, width]`.
 ///
@@ -250,15 +250,21 @@ impl FrameMap {
     /// same place. Pixels outside the frame, as with the strongest lenses, are void, without confidence and as
     /// uncertain as the frame's most uncertain pixel.
     pub fn in_image<'a>(&'a self, frame: &Frame) -> Cow<'a, Self> {
-        self.in_image_with(frame, None)
+        self.in_image_with(frame, None, &ImagePixels::default())
     }
 
-    /// The same with the object of every pixel, as by [`FrameMap::looked_up_with`].
-    pub fn in_image_with<'a>(&'a self, frame: &Frame, objects: Option<&SurfaceObjects>) -> Cow<'a, Self> {
+    /// The same with the object of every pixel, as by [`FrameMap::looked_up_with`]; `places` remembers the lens of the frames
+    /// before.
+    pub fn in_image_with<'a>(
+        &'a self,
+        frame: &Frame,
+        objects: Option<&SurfaceObjects>,
+        places: &ImagePixels,
+    ) -> Cow<'a, Self> {
         let straight = self.looked_up_with(objects);
-        if frame.lens.is_none() {
+        let Some(places) = places.of(frame) else {
             return straight;
-        }
+        };
         let (width, height) = (frame.image().width, frame.image().height);
         let (own_labels, own_entropy) = (straight.labels(), straight.entropy());
         let MapPixels::Listed {
@@ -268,15 +274,11 @@ impl FrameMap {
             return straight;
         };
         let unknown = own_entropy.iter().copied().max().unwrap_or(0);
-        let own: Vec<Option<usize>> = (0..width * height)
-            .map(|index| {
-                let [x, y] = frame.of_image([index % width, index / width])?;
-                (x < self.width && y < self.height).then_some((y * self.width + x) as usize)
-            })
-            .collect();
         let moved = |values: &[u16], without: u16| -> Vec<u16> {
-            own.iter()
-                .map(|index| index.map_or(without, |index| values[index]))
+            let value = |pixel: u32| values.get(pixel as usize).copied();
+            places
+                .iter()
+                .map(|place| place.and_then(value).unwrap_or(without))
                 .collect()
         };
         Cow::Owned(Self {

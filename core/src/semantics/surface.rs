@@ -43,6 +43,8 @@ const MOST_NODES: usize = 300_000;
 /// more than this.
 const ALL_PIXELS_FRAMES: usize = 40;
 const MOST_FUSED_PIXELS: usize = 32_000_000;
+/// How far from a point its normal looks, in pixels, along each axis; where points are farther apart, to the next ones.
+const NORMAL_REACH: u32 = 2;
 
 /// Every so many pixels of a frame say what a pretrained network sees in their region: no divisor of usual widths.
 const FEATURE_STEP: usize = 7;
@@ -95,11 +97,11 @@ impl Lengths<'_> {
         }
     }
 
-    /// The pixels of a keyframe as points.
-    fn points(&self, frame: usize, step: usize) -> Points<'_> {
+    /// Colours and measured depth of a keyframe.
+    fn pixels_of(&self, frame: usize) -> Pixels {
         let own = &self.scene.frames[frame];
         let (color, depth) = (own.color(), own.depth());
-        Points::of(own, Pixels { color, depth }, self.field_of(frame), step)
+        Pixels { color, depth }
     }
 }
 
@@ -176,8 +178,10 @@ impl Surface {
         size: f32,
     ) -> Option<Self> {
         let lengths = Lengths { scene, field };
-        let (side, is_sharp) = voxel_side(lengths)?;
-        let mut voxels = Voxels::new(side, extent);
+        let pixel = pixel_width(lengths)?;
+        let (side, is_sharp) = voxel_side(lengths, pixel);
+        let follows_depth = scene.has_depth() && is_sharp;
+        let mut voxels = Voxels::new(side, extent, if follows_depth { 0.0 } else { pixel });
         let stride = stride(scene);
         let mut sums = fuse(&voxels, lengths, stride);
         while sums.len() > MOST_NODES {
@@ -217,7 +221,10 @@ impl Surface {
         let graph = SurfaceGraph::new(nodes);
         let shown: Vec<Arc<NodeMap>> = keyframes
             .par_iter()
-            .map(|&number| Arc::new(places.shown(&lengths.points(number, 1), graph.nodes())))
+            .map(|&number| {
+                let (frame, pixels) = (&scene.frames[number], lengths.pixels_of(number));
+                Arc::new(places.shown(frame, pixels, lengths.field_of(number), graph.nodes()))
+            })
             .collect();
         let mut pixels = vec![Arc::default(); scene.frames.len()];
         for (number, shown) in keyframes.into_iter().zip(shown) {
@@ -243,22 +250,37 @@ impl Surface {
     }
 }
 
-/// Sums of the points of all keyframes by voxel; every `stride`-th pixel along each axis counts.
+/// Sums of the points of all keyframes by voxel; every `stride`-th pixel along each axis counts, or fewer where voxels are
+/// wide.
 fn fuse(voxels: &Voxels, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Voxel, Sum> {
-    let share = (stride * stride) as f32;
+    // Normals look two pixels far: with an even stride only every second one is ever read.
+    let step = voxels.step().max(if stride.is_multiple_of(2) { 2 } else { 1 });
+    let every = stride.div_ceil(step);
+    let share = (step * every).pow(2) as f32;
     let of_frame = |number: usize| {
-        // Normals look two pixels far: with an even stride only every second one is ever read.
-        let points = lengths.points(number, if stride.is_multiple_of(2) { 2 } else { 1 });
-        let frame = points.frame;
-        let mut sums: FxHashMap<Voxel, Sum> = FxHashMap::default();
-        for row in (0..frame.camera.height).step_by(stride as usize) {
-            for column in (0..frame.camera.width).step_by(stride as usize) {
-                let pixel = (row * frame.camera.width + column) as usize;
-                if let Some((cell, point)) = voxels.cell(&points, pixel) {
-                    let sum = sums.entry(cell).or_default();
-                    sum.position += share * point;
-                    sum.color += share * points.pixels.color.color(pixel);
-                    sum.normal += share * normal(&points, column, row);
+        let (frame, pixels) = (&lengths.scene.frames[number], lengths.pixels_of(number));
+        let points = Points::of(frame, pixels, lengths.field_of(number), step);
+        let reach = (NORMAL_REACH / step).max(1);
+        let mut sums: Vec<(Voxel, Sum)> = Vec::new();
+        let mut places: FxHashMap<Voxel, usize> = FxHashMap::default();
+        // Neighbouring points are often in one voxel.
+        let mut last: Option<(Voxel, usize)> = None;
+        for row in (0..points.grid.height).step_by(every as usize) {
+            for column in (0..points.grid.width).step_by(every as usize) {
+                let point = (row * points.grid.width + column) as usize;
+                if let Some((cell, place)) = voxels.cell(&points, point) {
+                    let own = match last {
+                        Some((same, own)) if same == cell => own,
+                        _ => *places.entry(cell).or_insert_with(|| {
+                            sums.push((cell, Sum::default()));
+                            sums.len() - 1
+                        }),
+                    };
+                    last = Some((cell, own));
+                    let sum = &mut sums[own].1;
+                    sum.position += share * place;
+                    sum.color += share * points.pixels.color.color(points.pixel(point));
+                    sum.normal += share * normal(&points, [column, row], reach);
                     sum.pixels += share;
                 }
             }
@@ -297,24 +319,23 @@ fn stride(scene: &Scene) -> u32 {
     }
 }
 
-/// Unit normal of the surface at a pixel, towards the camera; zero where a neighbour is missing or lies
-/// on another surface.
-fn normal(points: &Points<'_>, column: u32, row: u32) -> Vec3 {
-    const REACH: u32 = 2;
-    let (width, height) = (points.frame.camera.width, points.frame.camera.height);
-    if column < REACH || row < REACH || column + REACH >= width || row + REACH >= height {
+/// Unit normal of the surface at a point, towards the camera, from the points `reach` away; zero where one of them is
+/// missing or lies on another surface.
+fn normal(points: &Points<'_>, [column, row]: [u32; 2], reach: u32) -> Vec3 {
+    let (width, height) = (points.grid.width, points.grid.height);
+    if column < reach || row < reach || column + reach >= width || row + reach >= height {
         return Vec3::ZERO;
     }
     let at = |column: u32, row: u32| {
-        let pixel = (row * width + column) as usize;
-        (points.lengths[pixel], points.offset(pixel))
+        let point = (row * width + column) as usize;
+        (points.lengths[point], points.offset(point))
     };
     let (length, centre) = at(column, row);
     let around = [
-        at(column + REACH, row),
-        at(column - REACH, row),
-        at(column, row + REACH),
-        at(column, row - REACH),
+        at(column + reach, row),
+        at(column - reach, row),
+        at(column, row + reach),
+        at(column, row - reach),
     ];
     // Not-a-number and infinite lengths fail this test too.
     if !around
@@ -329,25 +350,29 @@ fn normal(points: &Points<'_>, column: u32, row: u32) -> Vec3 {
     if normal.dot(centre) > 0.0 { -normal } else { normal }
 }
 
-/// Side of a voxel from the size of a pixel at the median depth and from the noise of measured depth, and whether there is
-/// so little noise that it does not matter; `None` where there is no depth at all.
-fn voxel_side(lengths: Lengths<'_>) -> Option<(f32, bool)> {
-    let mut footprints: Vec<f32> = Vec::new();
+/// Width of a pixel at the median depth, in metres; `None` where there is no depth at all.
+fn pixel_width(lengths: Lengths<'_>) -> Option<f32> {
+    let mut widths: Vec<f32> = Vec::new();
     for number in lengths.scene.keyframes() {
         let frame = &lengths.scene.frames[number];
-        let (color, depth) = (frame.color(), frame.depth());
-        let (own, field) = (Pixels { color, depth }, lengths.field_of(number));
+        let (own, field) = (lengths.pixels_of(number), lengths.field_of(number));
         let pixels = frame.camera.pixels();
         let sampled = (0..pixels).step_by((pixels / 100).max(1) | 1);
         let known = sampled
             .map(|pixel| pixel_length(frame, &own, field, pixel))
             .filter(|length| length.is_finite());
-        footprints.extend(known.map(|length| length / frame.camera.fx));
+        widths.extend(known.map(|length| length / frame.camera.fx));
     }
-    let side = lengths.fusion().footprints * median(footprints)?;
+    median(widths)
+}
+
+/// Side of a voxel from the width of a pixel at the median depth and from the noise of measured depth, and whether there is
+/// so little noise that it does not matter.
+fn voxel_side(lengths: Lengths<'_>, pixel: f32) -> (f32, bool) {
+    let side = lengths.fusion().footprints * pixel;
     let noisy = VOXEL_NOISES * depth_noise(lengths.scene);
     let grown = side.max(noisy.min(MOST_GROWTH * side));
-    Some((grown.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1), noisy <= side))
+    (grown.clamp(VOXEL_RANGE.0, VOXEL_RANGE.1), noisy <= side)
 }
 
 /// Median distance of measured depth from the mean of its two neighbours in the row, over all frames, in metres; 0

@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use super::graph::{Node, SurfaceGraph, cube};
 use super::windows::window;
 use super::{FieldDepth, NO_NODE, NodeMap, pixel_length};
-use crate::scene::{Cache, ColorImage, Frame, Pixels};
+use crate::scene::{Cache, Camera, Frame, Pixels};
 
 /// Rays that meet nothing end on a shell, whose distance is this many sides of the scene's box, in cells of this angle.
 const SHELL_DISTANCE: f32 = 3.0;
@@ -20,7 +20,9 @@ const CACHE_BYTES: usize = 64 << 20;
 /// Pixels of a frame, along each axis, for each sample of the surface's depth.
 const STRIDE: u32 = 2;
 /// Pixels without a length that are at most this far from those with one, along each axis, are filled by colour.
-const NARROW: usize = 5;
+const NARROW: u32 = 5;
+/// Fewest points of a frame in the width of a voxel at the median depth, where there are pixels enough.
+const POINTS: f32 = 3.5;
 
 /// A voxel: on the surface or on the shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -36,54 +38,96 @@ pub(super) struct Voxels {
     pub side: f32,
     /// Distance of the shell, in metres.
     shell: f32,
+    /// Width of a pixel at the median depth, in metres, where the images decide the borders of labels; 0 where depth does,
+    /// so that every pixel's counts.
+    pixel: f32,
 }
 
-/// The pixels of a frame as points of the world.
+/// Pixels of a frame as points of the world: every so many along each axis, the first in the corner.
 pub(super) struct Points<'a> {
     pub frame: &'a Frame,
     pub pixels: Pixels,
-    /// Ray length of every pixel, or of every so many.
+    /// Pixels per point along each axis.
+    step: u32,
+    /// The grid of the points, as a smaller image of the frame.
+    pub grid: Camera,
+    /// Ray length of every point, row-major.
     pub lengths: Vec<f32>,
-    /// Unit direction of the ray through every pixel.
+    /// Unit direction of the ray through every point, row-major.
     directions: Vec<Vec3>,
 }
 
 impl<'a> Points<'a> {
-    /// Every `step`-th pixel along each axis of a frame with these pixels, by the field's depth where none was measured;
-    /// those between have no length.
-    pub fn of(frame: &'a Frame, pixels: Pixels, field: Option<&FieldDepth>, step: usize) -> Self {
+    /// Every `step`-th pixel along each axis of a frame with these pixels, by the field's depth where none was measured.
+    pub fn of(frame: &'a Frame, pixels: Pixels, field: Option<&FieldDepth>, step: u32) -> Self {
         let camera = &frame.camera;
         let rotation = frame.camera_to_world.matrix3;
-        let mut directions = vec![Vec3::ZERO; camera.pixels()];
-        let mut lengths = vec![f32::NAN; camera.pixels()];
-        for row in (0..camera.height).step_by(step) {
-            for column in (0..camera.width).step_by(step) {
+        let grid = camera.reduced(step);
+        let mut directions = Vec::with_capacity(grid.pixels());
+        let mut lengths = Vec::with_capacity(grid.pixels());
+        for row in (0..camera.height).step_by(step as usize) {
+            for column in (0..camera.width).step_by(step as usize) {
                 let direction = rotation * Vec3A::from(camera.pixel_direction(column, row));
                 let pixel = (row * camera.width + column) as usize;
-                directions[pixel] = direction.normalize().into();
-                lengths[pixel] = pixel_length(frame, &pixels, field, pixel);
+                directions.push(direction.normalize().into());
+                lengths.push(pixel_length(frame, &pixels, field, pixel));
             }
         }
         Self {
             frame,
-            lengths,
             pixels,
+            step,
+            grid,
+            lengths,
             directions,
         }
     }
 
-    /// Where the ray of a pixel ends, seen from the camera.
-    pub fn offset(&self, pixel: usize) -> Vec3 {
-        self.lengths[pixel] * self.directions[pixel]
+    /// Row-major index of the pixel that is this point.
+    pub fn pixel(&self, point: usize) -> usize {
+        let (column, row) = (point as u32 % self.grid.width, point as u32 / self.grid.width);
+        (self.step * (row * self.frame.camera.width + column)) as usize
+    }
+
+    /// Where the ray of a point ends, seen from the camera.
+    pub fn offset(&self, point: usize) -> Vec3 {
+        self.lengths[point] * self.directions[point]
+    }
+
+    /// The value of the point nearest to each pixel of the frame, by those of the points.
+    fn spread(&self, values: Vec<u32>) -> Vec<u32> {
+        if self.step == 1 {
+            return values;
+        }
+        let nearest = |pixel: u32, points: u32| ((pixel + self.step / 2) / self.step).min(points - 1);
+        let (camera, grid) = (&self.frame.camera, &self.grid);
+        let mut pixels = Vec::with_capacity(camera.pixels());
+        for row in 0..camera.height {
+            let start = (nearest(row, grid.height) * grid.width) as usize;
+            let values = &values[start..start + grid.width as usize];
+            pixels.extend((0..camera.width).map(|column| values[nearest(column, grid.width) as usize]));
+        }
+        pixels
     }
 }
 
 impl Voxels {
-    /// Voxels of this side, in a scene whose box has sides of `extent`, in metres.
-    pub fn new(side: f32, extent: f32) -> Self {
+    /// Voxels of this side, in a scene whose box has sides of `extent`, in metres; `pixel` is the width of a pixel at the
+    /// median depth, in metres, where the images decide the borders of labels, and 0 elsewhere.
+    pub fn new(side: f32, extent: f32, pixel: f32) -> Self {
         Self {
             side,
             shell: SHELL_DISTANCE * extent,
+            pixel,
+        }
+    }
+
+    /// Pixels of a frame, along each axis, for each point that is looked up: more than one where voxels are many pixels
+    /// wide, as in the images of a phone.
+    pub fn step(&self) -> u32 {
+        match self.pixel {
+            0.0 => 1,
+            pixel => (self.side / (POINTS * pixel)).max(1.0) as u32,
         }
     }
 
@@ -92,21 +136,21 @@ impl Voxels {
         if shell { SHELL_CELL * self.shell } else { self.side }
     }
 
-    /// The voxel that a pixel shows, and the point in it; `None` where its length is not known.
-    pub fn cell(&self, points: &Points<'_>, pixel: usize) -> Option<(Voxel, Vec3)> {
-        self.cell_at(points, pixel, points.lengths[pixel])
+    /// The voxel that a point lies in, and its place; `None` where its length is not known.
+    pub fn cell(&self, points: &Points<'_>, point: usize) -> Option<(Voxel, Vec3)> {
+        self.cell_at(points, point, points.lengths[point])
     }
 
-    /// The same at this length along the pixel's ray, which may be infinite or not a number.
-    fn cell_at(&self, points: &Points<'_>, pixel: usize, length: f32) -> Option<(Voxel, Vec3)> {
+    /// The same at this length along the point's ray, which may be infinite or not a number.
+    fn cell_at(&self, points: &Points<'_>, point: usize, length: f32) -> Option<(Voxel, Vec3)> {
         if length.is_nan() {
             return None;
         }
         let shell = length.is_infinite();
         let length = if shell { self.shell } else { length };
-        let point = points.frame.center() + length * points.directions[pixel];
-        let index = (point / self.side_of(shell)).floor().as_ivec3();
-        Some((Voxel { shell, index }, point))
+        let place = points.frame.center() + length * points.directions[point];
+        let index = (Vec3A::from(place) / self.side_of(shell)).floor().as_ivec3();
+        Some((Voxel { shell, index }, place))
     }
 }
 
@@ -126,33 +170,37 @@ impl VoxelNodes {
         }
     }
 
-    /// The node that every pixel shows.
-    pub fn shown(&self, points: &Points<'_>, nodes: &[Node]) -> NodeMap {
-        let frame = points.frame;
-        // Neighbouring pixels are often in one voxel.
+    /// The node that every pixel of a frame with these pixels shows, by the field's depth where none was measured.
+    pub fn shown(
+        &self,
+        frame: &Frame,
+        pixels: Pixels,
+        field: Option<&FieldDepth>,
+        nodes: &[Node],
+    ) -> NodeMap {
+        let points = Points::of(frame, pixels, field, self.voxels.step());
+        // Neighbouring points are often in one voxel.
         let mut last: Option<(Voxel, u32)> = None;
-        let node_of = |pixel| {
-            let Some((cell, point)) = self.voxels.cell(points, pixel) else {
+        let node_of = |point| {
+            let Some((cell, place)) = self.voxels.cell(&points, point) else {
                 return NO_NODE;
             };
             match last {
                 Some((same, node)) if same == cell => node,
                 _ => {
-                    let (node, own) = self.node_of(cell, point, nodes);
+                    let (node, own) = self.node_of(cell, place, nodes);
                     last = own.then_some((cell, node));
                     node
                 }
             }
         };
-        let mut own: Vec<u32> = (0..frame.camera.pixels()).map(node_of).collect();
-        self.look_up_wide_holes(points, nodes, &mut own);
-        fill_holes(frame, &points.pixels.color, &mut own);
+        let mut own: Vec<u32> = (0..points.lengths.len()).map(node_of).collect();
+        self.look_up_wide_holes(&points, nodes, &mut own);
+        fill_holes(&points, &mut own);
+        let mut own = points.spread(own);
         if !frame.is_whole() {
-            // Only what shows a part of the scene has an estimated length.
-            let is_measured = points.pixels.depth.is_some();
             for (pixel, node) in own.iter_mut().enumerate() {
-                let is_open = is_measured || points.lengths[pixel].is_nan();
-                if is_open && !frame.shows(&points.pixels.color, pixel) {
+                if !points.pixels.color.is_valid(pixel) {
                     *node = NO_NODE;
                 }
             }
@@ -164,26 +212,28 @@ impl VoxelNodes {
     /// along the edges of things, where colours tell more than squares of a voxel's size.
     fn look_up_wide_holes(&self, points: &Points<'_>, nodes: &[Node], own: &mut [u32]) {
         let frame = points.frame;
-        let pixels = points.lengths.iter().enumerate();
+        let color = &points.pixels.color;
+        let lengths = points.lengths.iter().enumerate();
         // Pixels outside the image get no node in the end.
-        let unknown: Vec<bool> = pixels
-            .map(|(pixel, length)| length.is_nan() && frame.shows(&points.pixels.color, pixel))
+        let unknown: Vec<bool> = lengths
+            .map(|(point, length)| length.is_nan() && color.is_valid(points.pixel(point)))
             .collect();
-        let wide = eroded(&unknown, frame.camera.width as usize, NARROW);
+        let narrow = NARROW.div_ceil(points.step) as usize;
+        let wide = eroded(&unknown, points.grid.width as usize, narrow);
         if !wide.contains(&true) {
             return;
         }
         let surface = FieldDepth::of_surface(frame, nodes, self.voxels.side_of(true), STRIDE);
-        for pixel in (0..own.len()).filter(|&pixel| wide[pixel]) {
-            let length = surface.at(frame, &points.pixels.color, pixel);
-            if let Some((cell, point)) = self.voxels.cell_at(points, pixel, length) {
-                own[pixel] = self.node_of(cell, point, nodes).0;
+        for point in (0..own.len()).filter(|&point| wide[point]) {
+            let length = surface.at(frame, color, points.pixel(point));
+            if let Some((cell, place)) = self.voxels.cell_at(points, point, length) {
+                own[point] = self.node_of(cell, place, nodes).0;
             }
         }
     }
 
-    /// The node of a voxel and true, or else that of the neighbouring voxel nearest to the point.
-    fn node_of(&self, cell: Voxel, point: Vec3, nodes: &[Node]) -> (u32, bool) {
+    /// The node of a voxel and true, or else that of the neighbouring voxel nearest to the place.
+    fn node_of(&self, cell: Voxel, place: Vec3, nodes: &[Node]) -> (u32, bool) {
         if let Some(&node) = self.index.get(&cell) {
             return (node, true);
         }
@@ -193,7 +243,7 @@ impl VoxelNodes {
                 self.index.get(&Voxel { index, ..cell }).copied()
             })
             .min_by(|&a, &b| {
-                let gap = |node: u32| nodes[node as usize].position.distance_squared(point);
+                let gap = |node: u32| nodes[node as usize].position.distance_squared(place);
                 gap(a).total_cmp(&gap(b))
             });
         (nearest.unwrap_or(NO_NODE), false)
@@ -231,8 +281,7 @@ impl OtherFrames {
             let nothing = vec![NO_NODE; frame.camera.pixels()];
             return Some(Arc::new(NodeMap::pack(frame.camera.width as usize, &nothing)));
         };
-        let points = Points::of(frame, pixels, None, 1);
-        let made = Arc::new(self.places.shown(&points, graph.nodes()));
+        let made = Arc::new(self.places.shown(frame, pixels, None, graph.nodes()));
         self.made.put(number, made.size(), Arc::clone(&made));
         Some(made)
     }
@@ -251,36 +300,37 @@ fn eroded(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
         .collect()
 }
 
-/// Gives pixels without a node that of the nearest pixel in the image; differences in colour count as distance.
-fn fill_holes(frame: &Frame, image: &ColorImage, pixels: &mut [u32]) {
+/// Gives points without a node that of the nearest point in the image; differences in colour count as distance.
+fn fill_holes(points: &Points<'_>, nodes: &mut [u32]) {
     const COLOR: f32 = 2000.0;
-    if pixels.iter().all(|&node| node == NO_NODE) || pixels.iter().all(|&node| node != NO_NODE) {
+    if nodes.iter().all(|&node| node == NO_NODE) || nodes.iter().all(|&node| node != NO_NODE) {
         return;
     }
-    let cost = |a: usize, b: usize| 1.0 + COLOR * (image.color(a) - image.color(b)).length_squared();
+    let color = |point: usize| points.pixels.color.color(points.pixel(point));
+    let cost = |a: usize, b: usize| 1.0 + COLOR * (color(a) - color(b)).length_squared();
     let mut queue = BinaryHeap::new();
-    let mut reached = vec![f32::INFINITY; pixels.len()];
-    for pixel in 0..pixels.len() {
-        if pixels[pixel] == NO_NODE {
+    let mut reached = vec![f32::INFINITY; nodes.len()];
+    for point in 0..nodes.len() {
+        if nodes[point] == NO_NODE {
             continue;
         }
-        reached[pixel] = 0.0;
-        let is_open = |other: usize| pixels[other] == NO_NODE;
-        if frame.camera.beside(pixel).any(is_open) {
-            queue.push(Reverse((0_u32, pixel)));
+        reached[point] = 0.0;
+        let is_open = |other: usize| nodes[other] == NO_NODE;
+        if points.grid.beside(point).any(is_open) {
+            queue.push(Reverse((0_u32, point)));
         }
     }
     // Non-negative floats compare like their bits.
-    while let Some(Reverse((bits, pixel))) = queue.pop() {
+    while let Some(Reverse((bits, point))) = queue.pop() {
         let distance = f32::from_bits(bits);
-        if distance > reached[pixel] {
+        if distance > reached[point] {
             continue;
         }
-        for other in frame.camera.beside(pixel) {
-            let through = distance + cost(pixel, other);
+        for other in points.grid.beside(point) {
+            let through = distance + cost(point, other);
             if through < reached[other] {
                 reached[other] = through;
-                pixels[other] = pixels[pixel];
+                nodes[other] = nodes[point];
                 queue.push(Reverse((through.to_bits(), other)));
             }
         }

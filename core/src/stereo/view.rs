@@ -28,7 +28,7 @@ impl View {
         let means = color.reduced(stride);
         let luma = |[r, g, b]: &[f32; 3]| (STEPS * (0.299 * r + 0.587 * g + 0.114 * b)) as u16;
         let pixels = 0..camera.pixels();
-        let is_valid = |at: usize| frame.shows(color, frame.camera.middle_of_reduced(stride, at));
+        let is_valid = |at: usize| color.is_valid(frame.camera.middle_of_reduced(stride, at));
         Self {
             stride,
             camera,

@@ -180,7 +180,7 @@ impl Features {
         ends(row).iter().all(|y| {
             ends(column)
                 .iter()
-                .all(|x| frame.shows(color, y * frame.camera.width as usize + x))
+                .all(|x| color.is_valid(y * frame.camera.width as usize + x))
         })
     }
 

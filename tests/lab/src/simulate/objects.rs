@@ -14,7 +14,7 @@ use crate::objects::{GOOD, ObjectTruth, Segment, SegmentCounts, SegmentScores};
 use crate::{Failure, mean};
 use inplace_core::guide::{Suggestion, suggest};
 use inplace_core::labels::{ClassId, Label, LabelSet, Object, ObjectId, Stroke, VOID};
-use inplace_core::scene::Scene;
+use inplace_core::scene::{ImagePixels, Scene};
 use inplace_core::semantics::{LabelPropagation, Surface, SurfaceObjects};
 use inplace_core::session::SessionOptions;
 
@@ -240,7 +240,7 @@ impl Run<'_> {
         let mut counts = SegmentCounts::default();
         for &frame in &self.truth.images.test {
             let map = propagation.map(self.scene, frame, 0);
-            let map = map.in_image_with(&self.scene.frames[frame], Some(&objects));
+            let map = map.in_image_with(&self.scene.frames[frame], Some(&objects), &ImagePixels::default());
             let told = map.objects().unwrap_or_default();
             let labels = map.labels();
             let predicted = labels.iter().zip(told).map(|(&class, &object)| {

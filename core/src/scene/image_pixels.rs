@@ -1,0 +1,37 @@
+//! Where the pixels of images on disk lie in their frames.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::{Camera, Frame, Lens};
+
+/// For each pixel of an image on disk, row-major, the pixel of its frame at the same place; `None` beyond the frame.
+type Places = Arc<Vec<Option<u32>>>;
+
+/// The places of the pixels of images on disk, worked out once for frames in turn that were taken with the same lens: each
+/// pixel takes Newton's method.
+#[derive(Default)]
+pub struct ImagePixels {
+    last: Mutex<Option<(Camera, Lens, Places)>>,
+}
+
+impl ImagePixels {
+    /// Those of the image of a frame; `None` where the image is the frame's own.
+    pub(crate) fn of(&self, frame: &Frame) -> Option<Places> {
+        let lens = frame.lens?;
+        // What is there is whole, so a panic in another thread does not spoil it.
+        let last = || self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((camera, own, places)) = &*last()
+            && (*camera, *own) == (frame.camera, lens)
+        {
+            return Some(Arc::clone(places));
+        }
+        let width = lens.image.width;
+        let place = |index: usize| {
+            let [x, y] = frame.of_image([index as u32 % width, index as u32 / width])?;
+            Some(y * frame.camera.width + x)
+        };
+        let places: Places = Arc::new((0..lens.image.pixels()).map(place).collect());
+        *last() = Some((frame.camera, lens, Arc::clone(&places)));
+        Some(places)
+    }
+}
