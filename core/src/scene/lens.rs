@@ -318,17 +318,19 @@ impl Lens {
 
     /// The image as `pinhole` would have taken it, bilinear; black where it does not reach.
     ///
-    /// `None` unless `image` has this lens's size.
+    /// `None` unless `image` has this lens's size, and at least two pixels along each axis.
     pub fn resample(&self, pinhole: &Camera, image: &ColorImage) -> Option<ColorImage> {
         let (width, height) = (self.image.width, self.image.height);
-        if (image.width(), image.height()) != (width, height) || width == 0 || height == 0 {
+        if (image.width(), image.height()) != (width, height) || width.min(height) < 2 {
             return None;
         }
         let colors = (0..pinhole.height).flat_map(|row| {
-            (0..pinhole.width).map(move |column| {
-                let (x, y) = self.to_image(pinhole, f64::from(column) + 0.5, f64::from(row) + 0.5)?;
-                Some(bilinear(image, x, y))
-            })
+            let place = |column| self.to_image(pinhole, f64::from(column) + 0.5, f64::from(row) + 0.5);
+            // Places of a whole row at once, which processors do several of at a time.
+            let places: Vec<_> = (0..pinhole.width).map(place).collect();
+            places
+                .into_iter()
+                .map(|place| place.map(|(x, y)| bilinear(image, x, y)))
         });
         ColorImage::within(pinhole.width, pinhole.height, colors)
     }
@@ -346,30 +348,27 @@ fn normalised(camera: &Camera, x: f64, y: f64) -> (f64, f64) {
     ((DVec2::new(x, y) - center) / focal).into()
 }
 
-/// Colour at an image position, in pixels, from the four pixel centres around it.
+/// Colour at an image position, in pixels, from the four pixel centres around it, by shares in 256ths. The image has at
+/// least two pixels along each axis.
 fn bilinear(image: &ColorImage, x: f64, y: f64) -> [u8; 3] {
-    let across = |v: f64, size: u32| {
-        let v = (v - 0.5).clamp(0.0, f64::from(size - 1));
-        let low = v as u32;
-        (low, (low + 1).min(size - 1), (v - f64::from(low)) as f32)
+    let between = |v: f64, size: u32| {
+        let v = ((v - 0.5) * 256.0 + 0.5) as u32;
+        let first = (v >> 8).min(size - 2);
+        (first, (v - (first << 8)).min(256))
     };
-    let (left, right, share_x) = across(x, image.width());
-    let (top, bottom, share_y) = across(y, image.height());
-    let at = |column: u32, row: u32| image.pixel(row as usize * image.width() as usize + column as usize);
-    let corners = [at(left, top), at(right, top), at(left, bottom), at(right, bottom)];
-    let (upper, lower) = (1.0 - share_y, share_y);
-    let shares = [
-        (1.0 - share_x) * upper,
-        share_x * upper,
-        (1.0 - share_x) * lower,
-        share_x * lower,
-    ];
+    let (column, share_x) = between(x, image.width());
+    let (row, share_y) = between(y, image.height());
+    let beside = |row: u32| {
+        let start = 3 * (row as usize * image.width() as usize + column as usize);
+        &image.bytes()[start..start + 6]
+    };
+    let (upper, lower) = (beside(row), beside(row + 1));
+    let across = |pair: &[u8], channel: usize| {
+        (256 - share_x) * u32::from(pair[channel]) + share_x * u32::from(pair[channel + 3])
+    };
     std::array::from_fn(|channel| {
-        let parts = corners.iter().zip(shares);
-        let sum: f32 = parts
-            .map(|(color, share)| share * f32::from(color[channel]))
-            .sum();
-        (sum + 0.5) as u8
+        let sum = (256 - share_y) * across(upper, channel) + share_y * across(lower, channel);
+        ((sum + (1 << 15)) >> 16) as u8
     })
 }
 
