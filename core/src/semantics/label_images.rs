@@ -28,7 +28,7 @@ const PIXELS: (f32, f32) = (2.0, 16.0);
 /// How far a pixel may be from where the surface has its class, in pixels; farther away, the image is wrong.
 const MOST_OFF: usize = 8;
 /// How far from a border images decide where the surface is exact, in steps along rows and columns.
-const EXACT_REACH: u32 = 3;
+const EXACT_REACH: u8 = 3;
 /// Most images of other frames that are looked at: those that were taken the nearest. Each counts for less than the one
 /// before.
 const MOST_OTHERS: usize = 6;
@@ -137,7 +137,7 @@ impl LabelImages<'_> {
         shown: &[u32],
         nodes: &[u32],
     ) -> Option<Vec<u32>> {
-        let wanted = self.near_borders(camera, shown, MOST_OFF as u32);
+        let wanted = self.near_borders(camera, shown, MOST_OFF as u8);
         let own = self.of_own(camera, stride);
         let mut others = self.of_others(stride, shown, &wanted);
         others.retain(|vote| vote.class != VOID);
@@ -199,7 +199,7 @@ impl LabelImages<'_> {
     }
 
     /// Which pixels are at most so many steps along rows and columns away from a border between classes.
-    fn near_borders(&self, camera: &Camera, nodes: &[u32], reach: u32) -> Vec<bool> {
+    fn near_borders(&self, camera: &Camera, nodes: &[u32], reach: u8) -> Vec<bool> {
         let depths = depths(camera, nodes, &|node| self.class(node), reach + 1);
         depths.into_iter().map(|depth| depth <= reach).collect()
     }

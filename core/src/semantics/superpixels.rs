@@ -21,8 +21,8 @@ const SCALE: f32 = 30.0;
 /// Fewest pixels of a superpixel.
 const FEWEST: u32 = 10;
 /// How far from a border superpixels choose the class, and how far borders then move to the image's edges, in pixels.
-const MOST_OFF: u32 = 8;
-const REACH: u32 = 2;
+const MOST_OFF: u8 = 8;
+const REACH: u8 = 2;
 /// A pixel keeps its class if it lies at least this much as deep inside of it as the deepest pixel in reach.
 const DEEP: f32 = 0.6;
 /// Bytes of superpixels that are kept: those of 25 frames or more.
@@ -109,7 +109,8 @@ pub(super) fn nodes_along_edges(
     }
     let image = frame.color();
     let color = |index| 255.0 * image.color(index);
-    flood(&frame.camera, &color, &mut full, class, is_sure, stride);
+    let reach = u8::try_from(stride).unwrap_or(u8::MAX);
+    flood(&frame.camera, &color, &mut full, class, is_sure, reach);
     full
 }
 
@@ -230,11 +231,11 @@ fn flood(
     nodes: &mut [u32],
     class: impl Fn(u32) -> ClassId,
     is_sure: impl Fn(u32) -> bool,
-    reach: u32,
+    reach: u8,
 ) {
-    let depths = depths(camera, nodes, &class, (reach as f32 / DEEP).ceil() as u32);
-    let deepest = dilated(&depths, camera.width as usize, reach as usize, u32::max);
-    let is_open = |at: usize| (depths[at] as f32) < (reach as f32).min(DEEP * deepest[at] as f32);
+    let depths = depths(camera, nodes, &class, (f32::from(reach) / DEEP).ceil() as u8);
+    let deepest = dilated(&depths, camera.width as usize, usize::from(reach), u8::max);
+    let is_open = |at: usize| f32::from(depths[at]) < f32::from(reach).min(DEEP * f32::from(deepest[at]));
     let mut open: Vec<bool> = (0..nodes.len())
         .map(|at| nodes[at] != NO_NODE && is_open(at) && !is_sure(nodes[at]))
         .collect();
@@ -269,22 +270,22 @@ fn flood(
 }
 
 /// How many steps along rows and columns every pixel is away from the nearest pixel beside another class, at most `most`.
-pub(super) fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> ClassId, most: u32) -> Vec<u32> {
+pub(super) fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> ClassId, most: u8) -> Vec<u8> {
     let width = camera.width as usize;
-    let differs = |a: u32, b: u32| a != NO_NODE && b != NO_NODE && class(a) != class(b);
+    let differs = |a: u32, b: u32| a != b && a != NO_NODE && b != NO_NODE && class(a) != class(b);
     let is_beside = |at: usize| camera.beside(at).any(|other| differs(nodes[at], nodes[other]));
     let depth = |at: usize| if is_beside(at) { 0 } else { most };
-    let mut depths: Vec<u32> = (0..nodes.len()).map(depth).collect();
+    let mut depths: Vec<u8> = (0..nodes.len()).map(depth).collect();
     for at in 0..depths.len() {
         let left = if at % width > 0 { depths[at - 1] } else { most };
         let above = if at >= width { depths[at - width] } else { most };
-        depths[at] = depths[at].min(left.min(above) + 1);
+        depths[at] = depths[at].min(left.min(above).saturating_add(1));
     }
     for at in (0..depths.len()).rev() {
         let is_last = (at + 1).is_multiple_of(width);
         let right = if is_last { most } else { depths[at + 1] };
         let below = depths.get(at + width).copied().unwrap_or(most);
-        depths[at] = depths[at].min(right.min(below) + 1);
+        depths[at] = depths[at].min(right.min(below).saturating_add(1));
     }
     depths
 }
@@ -435,7 +436,7 @@ mod tests {
         let nodes = along_edges(&scene, &all, &[4, 5, 6]);
         for (pixel, node) in (0_u32..).zip(nodes) {
             let (column, row) = (pixel % 80, pixel / 80);
-            if column.abs_diff(55) > MOST_OFF + REACH && !is_corner(column, row) {
+            if column.abs_diff(55) > u32::from(MOST_OFF + REACH) && !is_corner(column, row) {
                 assert_eq!(node, shown(column, row), "{column} {row}");
             }
         }
