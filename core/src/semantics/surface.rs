@@ -39,8 +39,8 @@ const MOST_GROWTH: f32 = 2.0;
 const VOXEL_RANGE: (f32, f32) = (0.02, 0.5);
 /// Most nodes; a larger scene gets larger voxels.
 const MOST_NODES: usize = 300_000;
-/// In longer captures every second pixel along each axis is fused, and every fourth where those would be
-/// more than this.
+/// In longer captures, and where all pixels would be more than this, every second one along each axis is fused, and every
+/// fourth where those would be, too.
 const ALL_PIXELS_FRAMES: usize = 40;
 const MOST_FUSED_PIXELS: usize = 32_000_000;
 /// How far from a point its normal looks, in pixels, along each axis; where points are farther apart, to the next ones.
@@ -305,15 +305,15 @@ fn fuse(voxels: &Voxels, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Voxel, 
     all
 }
 
-/// Pixels along each axis per fused pixel: fewer are fused of each frame where there are many frames.
+/// Pixels along each axis per fused pixel: fewer are fused of each frame where there are many frames or pixels.
 fn stride(scene: &Scene) -> u32 {
     let keyframes = scene.keyframes();
     let pixels: usize = keyframes
         .iter()
         .map(|&frame| scene.frames[frame].camera.pixels())
         .sum();
-    match keyframes.len() {
-        0..=ALL_PIXELS_FRAMES => 1,
+    match pixels {
+        0..=MOST_FUSED_PIXELS if keyframes.len() <= ALL_PIXELS_FRAMES => 1,
         _ if pixels / 4 <= MOST_FUSED_PIXELS => 2,
         _ => 4,
     }
