@@ -75,16 +75,17 @@ fn controls(ui: &mut Ui, workspace: &Workspace, full: bool, commands: &mut Comma
     });
 }
 
-/// What matters most of the rows, as far as it is known; nothing while depth is estimated, which fills the line.
+/// What matters most of the rows, as far as it is known, first what must not be cut off; nothing while depth is estimated,
+/// which fills the line.
 fn summary(status: &Status, most: f32) -> String {
     if matches!(status.phase, Phase::Estimating { .. }) {
         return String::new();
     }
-    let quality = status.held_out_psnr.map(|db| numbers::decibels(db.into()));
     // Without any labels nothing is unsure.
     let uncertainty = status.mean_entropy.filter(|&entropy| entropy > 0.0);
     let uncertainty = uncertainty.map(|entropy| numbers::unsure(entropy, most));
-    let known: Vec<String> = quality.into_iter().chain(uncertainty).collect();
+    let quality = status.held_out_psnr.map(|db| numbers::decibels(db.into()));
+    let known: Vec<String> = uncertainty.into_iter().chain(quality).collect();
     known.join(", ")
 }
 

@@ -106,7 +106,7 @@ fn the_log_survives_reopening_the_project() {
         window.key(Key::T);
         window.sees("Charts over");
         // The window is low, so the training is a line until it is unfolded.
-        window.sees("22.0 dB, 29% unsure");
+        window.sees("29% unsure, 22.0 dB");
         window.click("Show the training in full");
         // In a chart, and among the figures of the training below it.
         assert_eq!(window.harness.get_all_by_label("29% unsure").count(), 2);
