@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::label_images::LabelImages;
 use super::segments::segments;
-use super::windows::dilated;
+use super::windows::window;
 use super::{NO_NODE, Posterior};
 use crate::labels::{ClassId, VOID};
 use crate::scene::{Cache, Camera, Frame, ImageEdges};
@@ -98,13 +98,20 @@ pub(super) fn nodes_along_edges(
     if stride == 1 {
         return nodes;
     }
-    let width = frame.camera.width as usize;
     let mut full = shown.to_vec();
-    for (index, node) in full.iter_mut().enumerate() {
-        let (column, row) = (index % width / stride as usize, index / width / stride as usize);
-        let near = nodes[row * camera.width as usize + column];
-        if *node != NO_NODE && near != NO_NODE && class(near) != class(*node) && !is_sure(*node) {
-            *node = near;
+    for (row, pixels) in full.chunks_exact_mut(frame.camera.width as usize).enumerate() {
+        let start = row / stride as usize * camera.width as usize;
+        for (block, &near) in pixels.chunks_mut(stride as usize).zip(&nodes[start..]) {
+            for node in block {
+                if *node != near
+                    && *node != NO_NODE
+                    && near != NO_NODE
+                    && class(near) != class(*node)
+                    && !is_sure(*node)
+                {
+                    *node = near;
+                }
+            }
         }
     }
     let image = frame.color();
@@ -234,27 +241,42 @@ fn flood(
     reach: u8,
 ) {
     let depths = depths(camera, nodes, &class, (f32::from(reach) / DEEP).ceil() as u8);
-    let deepest = dilated(&depths, camera.width as usize, usize::from(reach), u8::max);
-    let is_open = |at: usize| f32::from(depths[at]) < f32::from(reach).min(DEEP * f32::from(deepest[at]));
-    let mut open: Vec<bool> = (0..nodes.len())
-        .map(|at| nodes[at] != NO_NODE && is_open(at) && !is_sure(nodes[at]))
-        .collect();
-    let width = camera.width as usize;
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let is_shallow = |at: usize| {
+        let around = |at: usize, count: usize| window(at, count, usize::from(reach));
+        let is_deeper = |&depth: &u8| f32::from(depths[at]) < DEEP * f32::from(depth);
+        let mut rows = around(at / width, height).map(|row| row * width);
+        let columns = around(at % width, width);
+        rows.any(|row| {
+            depths[row + columns.start..row + columns.end]
+                .iter()
+                .any(is_deeper)
+        })
+    };
+    let mut open = vec![false; nodes.len()];
+    let mut seeds: Vec<usize> = Vec::new();
+    for at in (0..nodes.len()).filter(|&at| depths[at] < reach) {
+        if nodes[at] != NO_NODE && is_shallow(at) && !is_sure(nodes[at]) {
+            open[at] = true;
+            seeds.extend(camera.beside(at));
+        }
+    }
+    seeds.retain(|&at| !open[at] && nodes[at] != NO_NODE);
+    seeds.sort_unstable();
+    seeds.dedup();
     let gradient = |at: usize| {
         let (column, row) = (at % width, at / width);
         let across = color(at + usize::from(column + 1 < width)) - color(at - usize::from(column > 0));
-        let below = at + width * usize::from(row + 1 < camera.height as usize);
+        let below = at + width * usize::from(row + 1 < height);
         let above = at - width * usize::from(row > 0);
         // Numbers that are not negative compare like their bits.
         (across.length_squared() + (color(below) - color(above)).length_squared()).to_bits()
     };
     let mut queue = BinaryHeap::new();
     let mut turn = 0_u32;
-    for at in 0..nodes.len() {
-        if !open[at] && nodes[at] != NO_NODE && camera.beside(at).any(|other| open[other]) {
-            queue.push(Reverse((gradient(at), turn, at as u32)));
-            turn += 1;
-        }
+    for at in seeds {
+        queue.push(Reverse((gradient(at), turn, at as u32)));
+        turn += 1;
     }
     while let Some(Reverse((.., at))) = queue.pop() {
         for other in camera.beside(at as usize) {
@@ -273,19 +295,33 @@ fn flood(
 pub(super) fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> ClassId, most: u8) -> Vec<u8> {
     let width = camera.width as usize;
     let differs = |a: u32, b: u32| a != b && a != NO_NODE && b != NO_NODE && class(a) != class(b);
-    let is_beside = |at: usize| camera.beside(at).any(|other| differs(nodes[at], nodes[other]));
-    let depth = |at: usize| if is_beside(at) { 0 } else { most };
-    let mut depths: Vec<u8> = (0..nodes.len()).map(depth).collect();
-    for at in 0..depths.len() {
-        let left = if at % width > 0 { depths[at - 1] } else { most };
-        let above = if at >= width { depths[at - width] } else { most };
-        depths[at] = depths[at].min(left.min(above).saturating_add(1));
+    let mut depths = vec![most; nodes.len()];
+    // The pixels of one depth after the other.
+    let mut last: Vec<usize> = Vec::new();
+    let reach = |depths: &mut [u8], at: usize, depth: u8, reached: &mut Vec<usize>| {
+        if depth < depths[at] {
+            depths[at] = depth;
+            reached.push(at);
+        }
+    };
+    for start in (0..nodes.len()).step_by(width.max(1)) {
+        for at in start..start + width {
+            let right = Some(at + 1).filter(|&right| right < start + width);
+            let below = Some(at + width).filter(|&below| below < nodes.len());
+            for other in [right, below].into_iter().flatten() {
+                if differs(nodes[at], nodes[other]) {
+                    reach(&mut depths, at, 0, &mut last);
+                    reach(&mut depths, other, 0, &mut last);
+                }
+            }
+        }
     }
-    for at in (0..depths.len()).rev() {
-        let is_last = (at + 1).is_multiple_of(width);
-        let right = if is_last { most } else { depths[at + 1] };
-        let below = depths.get(at + width).copied().unwrap_or(most);
-        depths[at] = depths[at].min(right.min(below).saturating_add(1));
+    for depth in 1..most {
+        let mut next = Vec::new();
+        for other in last.iter().flat_map(|&at| camera.beside(at)) {
+            reach(&mut depths, other, depth, &mut next);
+        }
+        last = next;
     }
     depths
 }
