@@ -58,7 +58,7 @@ impl OnSurface {
             }
             _ => {
                 let superpixels = || self.surface.superpixels.of_frame(number, frame);
-                nodes_along_edges(frame, &shown, &self.posterior, images, superpixels)
+                nodes_along_edges(frame, shown, &self.posterior, images, superpixels)
             }
         }
     }

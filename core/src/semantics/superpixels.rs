@@ -61,7 +61,7 @@ impl Superpixels {
 /// ([`LabelImages::nodes_along_edges`]): they do if their borders lie where the colours differ more.
 pub(super) fn nodes_along_edges(
     frame: &Frame,
-    shown: &[u32],
+    shown: Vec<u32>,
     posterior: &Posterior,
     images: Option<LabelImages<'_>>,
     superpixels: impl FnOnce() -> Arc<Vec<u32>>,
@@ -77,7 +77,7 @@ pub(super) fn nodes_along_edges(
         .map(|&node| class(node));
     let first = known.next();
     if known.all(|class| Some(class) == first) {
-        return shown.to_vec();
+        return shown;
     }
     let (stride, camera, means) = reduced(frame);
     let colors: Vec<Vec3> = means.iter().copied().map(Vec3::from).collect();
@@ -98,17 +98,14 @@ pub(super) fn nodes_along_edges(
     if stride == 1 {
         return nodes;
     }
-    let mut full = shown.to_vec();
+    let mut full = shown;
     for (row, pixels) in full.chunks_exact_mut(frame.camera.width as usize).enumerate() {
         let start = row / stride as usize * camera.width as usize;
-        for (block, &near) in pixels.chunks_mut(stride as usize).zip(&nodes[start..]) {
+        let blocks = pixels.chunks_mut(stride as usize).zip(&nodes[start..]);
+        for (block, &near) in blocks.filter(|&(_, &near)| near != NO_NODE) {
+            let chosen = class(near);
             for node in block {
-                if *node != near
-                    && *node != NO_NODE
-                    && near != NO_NODE
-                    && class(near) != class(*node)
-                    && !is_sure(*node)
-                {
+                if *node != near && *node != NO_NODE && class(*node) != chosen && !is_sure(*node) {
                     *node = near;
                 }
             }
@@ -304,17 +301,18 @@ pub(super) fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> Cla
             reached.push(at);
         }
     };
-    for start in (0..nodes.len()).step_by(width.max(1)) {
-        for at in start..start + width {
-            let right = Some(at + 1).filter(|&right| right < start + width);
-            let below = Some(at + width).filter(|&below| below < nodes.len());
-            for other in [right, below].into_iter().flatten() {
-                if differs(nodes[at], nodes[other]) {
-                    reach(&mut depths, at, 0, &mut last);
-                    reach(&mut depths, other, 0, &mut last);
-                }
+    let mut compare = |start: usize, pixels: &[u32], beside: &[u32], step: usize| {
+        for (at, (&own, &other)) in (start..).zip(pixels.iter().zip(beside)) {
+            if differs(own, other) {
+                reach(&mut depths, at, 0, &mut last);
+                reach(&mut depths, at + step, 0, &mut last);
             }
         }
+    };
+    for (row, pixels) in nodes.chunks_exact(width.max(1)).enumerate() {
+        let start = row * width;
+        compare(start, pixels, &pixels[1..], 1);
+        compare(start, pixels, &nodes[start + width..], width);
     }
     for depth in 1..most {
         let mut next = Vec::new();
@@ -370,7 +368,7 @@ mod tests {
             import,
             number: 0,
         });
-        nodes_along_edges(frame, shown, &posterior, images, superpixels)
+        nodes_along_edges(frame, shown.to_vec(), &posterior, images, superpixels)
     }
 
     /// A label image of the frame as votes, on a surface that shows these nodes.
