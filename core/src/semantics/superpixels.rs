@@ -112,7 +112,7 @@ pub(super) fn nodes_along_edges(
         }
     }
     let image = frame.color();
-    let color = |index| 255.0 * image.color(index);
+    let color = |index| Vec3::from(image.pixel(index).map(f32::from));
     let reach = u8::try_from(stride).unwrap_or(u8::MAX);
     flood(&frame.camera, &color, &mut full, class, is_sure, reach);
     full
@@ -269,20 +269,23 @@ fn flood(
         // Numbers that are not negative compare like their bits.
         (across.length_squared() + (color(below) - color(above)).length_squared()).to_bits()
     };
+    // The smallest gradient first, of equal ones the first that came.
     let mut queue = BinaryHeap::new();
-    let mut turn = 0_u32;
-    for at in seeds {
-        queue.push(Reverse((gradient(at), turn, at as u32)));
+    let mut turn = 0_u64;
+    let mut entry = |at: usize| {
         turn += 1;
+        Reverse((u64::from(gradient(at)) << u32::BITS | turn, at as u32))
+    };
+    for at in seeds {
+        queue.push(entry(at));
     }
-    while let Some(Reverse((.., at))) = queue.pop() {
+    while let Some(Reverse((_, at))) = queue.pop() {
         for other in camera.beside(at as usize) {
             if std::mem::take(&mut open[other]) {
                 if class(nodes[other]) != class(nodes[at as usize]) {
                     nodes[other] = nodes[at as usize];
                 }
-                queue.push(Reverse((gradient(other), turn, other as u32)));
-                turn += 1;
+                queue.push(entry(other));
             }
         }
     }
