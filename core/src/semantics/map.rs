@@ -155,6 +155,20 @@ impl FrameMap {
         Cow::Owned(Self { pixels, ..*self })
     }
 
+    /// The same map for small pictures: borders between classes stay where the surface has them, as moving them to the edges
+    /// of the image takes longer than all the rest. `None` for a map that is looked up, which is as it is.
+    pub fn rough(&self) -> Option<Self> {
+        let MapPixels::OnSurface(shown) = &self.pixels else {
+            return None;
+        };
+        let shown = OnSurface {
+            is_rough: true,
+            ..shown.clone()
+        };
+        let pixels = MapPixels::OnSurface(shown);
+        Some(Self { pixels, ..*self })
+    }
+
     /// Whether the pixels are looked up, so that reading them costs nothing.
     pub fn is_looked_up(&self) -> bool {
         matches!(self.pixels, MapPixels::Listed { .. })
@@ -343,8 +357,31 @@ mod tests {
             import: None,
             whole: None,
             painted,
+            is_rough: false,
         };
         FrameMap::on_surface((0, 9), shown)
+    }
+
+    #[test]
+    fn a_rough_map_leaves_borders_where_the_surface_has_them() {
+        let mut scene = wall(1, 9, 9);
+        scene.frames[0].set_color(ColorImage::new(9, 9, vec![80; 243]).unwrap());
+        scene.frames[0].set_depth(None);
+        let posterior = Posterior {
+            labels: vec![5, 7],
+            entropy: vec![100, 200],
+            confidence: vec![60_000, 50_000],
+            runners_up: vec![7, VOID],
+            ..Posterior::default()
+        };
+        let mut shown = [0; 81];
+        shown[40] = 1;
+        let map = map_of(scene, &shown, posterior, 999, Vec::new());
+        let rough = map.rough().unwrap();
+        assert!(map.labels().iter().all(|&label| label == 5));
+        let of_node = |&node: &u32| [5, 7][node as usize];
+        assert_eq!(*rough.labels(), shown.iter().map(of_node).collect::<Vec<_>>());
+        assert!(map.looked_up().rough().is_none());
     }
 
     #[test]

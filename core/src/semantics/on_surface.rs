@@ -24,6 +24,8 @@ pub(super) struct OnSurface {
     pub(super) whole: Option<Arc<OnceLock<Arc<Posterior>>>>,
     /// Painted pixels and their labels, which they have for certain.
     pub(super) painted: Vec<(u32, Label)>,
+    /// Whether borders stay where the surface has them.
+    pub(super) is_rough: bool,
 }
 
 impl OnSurface {
@@ -39,6 +41,9 @@ impl OnSurface {
     /// The node that every pixel of a frame takes its class from.
     pub(super) fn nodes(&self, frame: usize) -> Vec<u32> {
         let shown = self.surface.nodes_of(frame).unpack();
+        if self.is_rough {
+            return shown;
+        }
         let (number, frame) = (frame, &self.scene.frames[frame]);
         let images = self.import.as_deref().map(|import| LabelImages {
             scene: &self.scene,

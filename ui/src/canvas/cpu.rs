@@ -1,5 +1,7 @@
 //! The frame composed on the CPU: what the shader does, for thumbnails and for windows without wgpu.
 
+use std::sync::Arc;
+
 use egui::Color32;
 use inplace_core::scene;
 use inplace_model::layer::{Layer, Look};
@@ -44,7 +46,12 @@ pub fn pictures<const LOOKS: usize>(
     size: [usize; 2],
 ) -> Option<[egui::ColorImage; LOOKS]> {
     let color = source.scene.frames.get(source.frame)?.pixels().ok()?.color;
-    let map = source.map.clone().map(Versioned::new).map(ShownMap::new);
+    let is_small = 2 * size[0] <= color.width() as usize;
+    let map = source.map.as_ref().map(|map| {
+        let rough = is_small.then(|| map.rough()).flatten();
+        rough.map_or_else(|| Arc::clone(map), Arc::new)
+    });
+    let map = map.map(Versioned::new).map(ShownMap::new);
     Some(looks.map(|look| {
         let over = map.as_ref().and_then(|map| map.over(look.layer, &source.palette));
         composite(&color, over.as_ref(), &source.palette, look, size)
@@ -137,7 +144,7 @@ pub fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
     let alpha = opacity * f32::from(over[3]) / 255.0;
     let channel = |c: usize| {
         let (under, over) = (f32::from(base[c]), f32::from(over[c]));
-        (under + alpha * (over - under)).round() as u8
+        (under + alpha * (over - under) + 0.5) as u8
     };
     [channel(0), channel(1), channel(2)]
 }
