@@ -19,10 +19,10 @@ pub enum FrameFilter {
     Unlabelled,
     /// Those with more unclear pixels than a finished frame has.
     Uncertain,
-    /// Those whose strokes or imported labels are contradicted.
-    Disagreeing,
     /// Those that nobody has marked as checked.
     Unchecked,
+    /// Those whose strokes or imported labels are contradicted.
+    Disagreeing,
 }
 
 impl FrameFilter {
@@ -31,8 +31,8 @@ impl FrameFilter {
         Self::All,
         Self::Unlabelled,
         Self::Uncertain,
-        Self::Disagreeing,
         Self::Unchecked,
+        Self::Disagreeing,
     ];
 }
 

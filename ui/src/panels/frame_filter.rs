@@ -1,14 +1,18 @@
 //! The row above the filmstrip: which frames, in which order, and going to one by its number or name.
 
-use egui::{Align, Key, Layout, TextEdit, Ui};
+use egui::{Align, Color32, Key, Layout, TextEdit, TextStyle, Ui};
 use inplace_model::frames::{FrameFilter, FrameOrder};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
 use crate::widgets::choice_box;
 
-/// Below this width the filters are a list to choose from.
-const ROOMY: f32 = 720.0;
+/// Width of what stands beside the filters; where they do not fit, they are a list to choose from.
+const BESIDE: f32 = ORDER + SEEK + 2.0 * crate::theme::GAP;
+const ORDER: f32 = 124.0;
+const SEEK: f32 = 108.0;
+/// Space between two filters.
+const SPACE: f32 = 4.0;
 
 /// The row with what is being typed.
 #[derive(Debug, Default)]
@@ -22,25 +26,33 @@ impl FrameFilterRow {
         let third = (ui.available_width() - 2.0 * crate::theme::GAP) / 3.0;
         let frames = &workspace.overview.frames;
         ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 4.0;
+            ui.spacing_mut().item_spacing.x = SPACE;
+            // Rarely does anything disagree.
+            let is_shown = |filter: &FrameFilter| {
+                let is_rare = *filter == FrameFilter::Disagreeing;
+                !is_rare || frames.filter == *filter || frames.count(*filter) > 0
+            };
+            let shown = FrameFilter::ALL.into_iter().filter(is_shown);
+            let counted = |filter| format!("{} {}", named(filter).0, frames.count(filter));
+            let width = |filter| {
+                let font = TextStyle::Button.resolve(ui.style());
+                let text = ui.painter().layout_no_wrap(counted(filter), font, Color32::WHITE);
+                text.size().x + 2.0 * ui.spacing().button_padding.x + SPACE
+            };
+            let is_roomy = ui.available_width() >= BESIDE + shown.clone().map(width).sum::<f32>();
             let filters = |ui: &mut Ui, commands: &mut Commands| {
-                for filter in FrameFilter::ALL {
-                    let (name, meaning) = named(filter);
-                    let name = format!("{name} {}", frames.count(filter));
-                    let choice = ui.selectable_label(frames.filter == filter, name);
-                    if choice.on_hover_text(meaning).clicked() {
+                for filter in shown {
+                    let choice = ui.selectable_label(frames.filter == filter, counted(filter));
+                    if choice.on_hover_text(named(filter).1).clicked() {
                         commands.push(Command::FilterFrames(filter));
                     }
                 }
             };
-            if ui.available_width() >= ROOMY {
+            if is_roomy {
                 filters(ui, commands);
             } else {
-                let chosen = frames.filter;
-                let name = format!("{} {}", named(chosen).0, frames.count(chosen));
-                choice_box(ui, "Frames shown", third.min(132.0), name, |ui| {
-                    filters(ui, commands);
-                });
+                let (width, chosen) = (third.min(132.0), counted(frames.filter));
+                choice_box(ui, "Frames shown", width, chosen, |ui| filters(ui, commands));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = crate::theme::GAP;
@@ -56,7 +68,7 @@ impl FrameFilterRow {
             .hint_text("Go to frame")
             .align(egui::Align2::LEFT_CENTER)
             .min_size(egui::vec2(0.0, ui.spacing().interact_size.y))
-            .desired_width(most.min(108.0));
+            .desired_width(most.min(SEEK));
         let response = ui.add(field).accessible_name("Go to frame");
         let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         response.on_hover_text("A frame's number or name, or a part of the name; Enter goes there");
@@ -67,7 +79,7 @@ impl FrameFilterRow {
 }
 
 fn order(ui: &mut Ui, most: f32, (chosen, compared): (FrameOrder, bool), commands: &mut Commands) {
-    let (width, text) = (most.min(124.0), order_text(chosen));
+    let (width, text) = (most.min(ORDER), order_text(chosen));
     choice_box(ui, "Order of the frames", width, text, |ui| {
         for order in FrameOrder::present(compared) {
             // The one in force, too: by what is known of the frames, that sorts anew.
