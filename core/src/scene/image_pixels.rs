@@ -35,3 +35,36 @@ impl ImagePixels {
         Some(places)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Distortion;
+    use crate::scene::testing::wall;
+
+    #[test]
+    fn places_are_those_of_each_frame_also_where_the_lens_changes() {
+        let mut frames = wall(3, 24, 18).frames;
+        for (frame, bent) in frames.iter_mut().zip([-0.2, -0.1, -0.2]) {
+            let lens = Lens {
+                image: frame.camera,
+                distortion: Distortion::opencv([bent]),
+            };
+            frame.camera = lens.pinhole().unwrap();
+            frame.lens = Some(lens);
+        }
+        let places = ImagePixels::default();
+        for frame in &frames {
+            let known = places.of(frame).unwrap();
+            assert_eq!(known.len(), 24 * 18);
+            for (index, place) in (0..).zip(known.iter()) {
+                let expected = frame.of_image([index % 24, index / 24]);
+                assert_eq!(*place, expected.map(|[x, y]| y * frame.camera.width + x));
+            }
+            // The next frame with this lens shares them.
+            assert!(Arc::ptr_eq(&known, &places.of(frame).unwrap()));
+        }
+        frames[0].lens = None;
+        assert!(places.of(&frames[0]).is_none());
+    }
+}

@@ -134,7 +134,6 @@ impl Distortion {
     }
 
     /// R at a squared radius, and its derivative by the squared radius.
-    #[inline]
     fn radial(&self, square: f64) -> (f64, f64) {
         let [k1, k2, k3, k4, k5, k6] = self.radial;
         if !self.is_fisheye {

@@ -362,21 +362,25 @@ mod tests {
         FrameMap::on_surface((0, 9), shown)
     }
 
-    #[test]
-    fn a_rough_map_leaves_borders_where_the_surface_has_them() {
-        let mut scene = wall(1, 9, 9);
-        scene.frames[0].set_color(ColorImage::new(9, 9, vec![80; 243]).unwrap());
-        scene.frames[0].set_depth(None);
-        let posterior = Posterior {
+    /// A node of class 5 and one of class 7.
+    fn two_classes() -> Posterior {
+        Posterior {
             labels: vec![5, 7],
             entropy: vec![100, 200],
             confidence: vec![60_000, 50_000],
             runners_up: vec![7, VOID],
             ..Posterior::default()
-        };
+        }
+    }
+
+    #[test]
+    fn a_rough_map_leaves_borders_where_the_surface_has_them() {
+        let mut scene = wall(1, 9, 9);
+        scene.frames[0].set_color(ColorImage::new(9, 9, vec![80; 243]).unwrap());
+        scene.frames[0].set_depth(None);
         let mut shown = [0; 81];
         shown[40] = 1;
-        let map = map_of(scene, &shown, posterior, 999, Vec::new());
+        let map = map_of(scene, &shown, two_classes(), 999, Vec::new());
         let rough = map.rough().unwrap();
         assert!(map.labels().iter().all(|&label| label == 5));
         let of_node = |&node: &u32| [5, 7][node as usize];
@@ -390,18 +394,11 @@ mod tests {
         let mut scene = wall(1, 3, 2);
         let rgb = [[0; 9], [0, 0, 0, 255, 255, 255, 0, 0, 0]].concat();
         scene.frames[0].set_color(ColorImage::new(3, 2, rgb).unwrap());
-        let posterior = Posterior {
-            labels: vec![5, 7],
-            entropy: vec![100, 200],
-            confidence: vec![60_000, 50_000],
-            runners_up: vec![7, VOID],
-            ..Posterior::default()
-        };
         let shown = [0, 0, 0, 0, 1, NO_NODE];
         let map = map_of(
             scene,
             &shown,
-            posterior,
+            two_classes(),
             999,
             vec![(1, 7.into()), (3, VOID.into())],
         );

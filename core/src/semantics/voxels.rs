@@ -336,3 +336,32 @@ fn fill_holes(points: &Points<'_>, nodes: &mut [u32]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::wall;
+
+    #[test]
+    fn wide_voxels_are_looked_up_every_few_pixels_and_each_pixel_has_what_its_nearest_point_has() {
+        assert_eq!(Voxels::new(0.035, 4.0, 0.01).step(), 1);
+        assert_eq!(Voxels::new(0.12, 4.0, 0.01).step(), 3);
+        assert_eq!(Voxels::new(0.12, 4.0, 0.0).step(), 1);
+        let scene = wall(1, 20, 11);
+        let frame = &scene.frames[0];
+        let points = Points::of(frame, frame.pixels().unwrap(), None, 3);
+        assert_eq!((points.grid.width, points.grid.height), (7, 4));
+        let pixels = (0..28).map(|point| points.pixel(point) as u32).collect();
+        for (pixel, nearest) in points.spread(pixels).into_iter().enumerate() {
+            let of = |index: usize| [index % 20, index / 20];
+            let (own, nearest) = (of(pixel), of(nearest as usize));
+            assert!(nearest.iter().all(|at| at.is_multiple_of(3)), "{pixel}");
+            let is_near = (0..2).all(|axis| own[axis].abs_diff(nearest[axis]) <= 1);
+            assert!(is_near, "{own:?} {nearest:?}");
+        }
+        let depth = frame.depth().unwrap();
+        for (point, &length) in points.lengths.iter().enumerate() {
+            assert_eq!(Some(length), depth.ray_length(points.pixel(point)));
+        }
+    }
+}

@@ -46,6 +46,7 @@ pub fn pictures<const LOOKS: usize>(
     size: [usize; 2],
 ) -> Option<[egui::ColorImage; LOOKS]> {
     let color = source.scene.frames.get(source.frame)?.pixels().ok()?.color;
+    // What moves borders by some pixels would hardly show there.
     let is_small = 2 * size[0] <= color.width() as usize;
     let map = source.map.as_ref().map(|map| {
         let rough = is_small.then(|| map.rough()).flatten();

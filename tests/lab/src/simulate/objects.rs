@@ -238,9 +238,10 @@ impl Run<'_> {
             false => u16::MAX - number,
         };
         let mut counts = SegmentCounts::default();
+        let places = ImagePixels::default();
         for &frame in &self.truth.images.test {
             let map = propagation.map(self.scene, frame, 0);
-            let map = map.in_image_with(&self.scene.frames[frame], Some(&objects), &ImagePixels::default());
+            let map = map.in_image_with(&self.scene.frames[frame], Some(&objects), &places);
             let told = map.objects().unwrap_or_default();
             let labels = map.labels();
             let predicted = labels.iter().zip(told).map(|(&class, &object)| {
