@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
+
 use super::borders::nodes_at_borders;
 use super::label_images::LabelImages;
 use super::superpixels::nodes_along_edges;
@@ -134,7 +136,7 @@ impl OnSurface {
     ) -> Vec<u16> {
         // No surface has as many nodes as `NO_NODE`.
         let value = |&node: &u32| values.get(node as usize).copied().unwrap_or(without);
-        let mut pixels: Vec<u16> = nodes.iter().map(value).collect();
+        let mut pixels: Vec<u16> = nodes.par_iter().map(value).collect();
         if let Some(image) = self.trusted(frame, pixels.len()) {
             for (pixel, class) in pixels.iter_mut().zip(image.labels()) {
                 if class != VOID {

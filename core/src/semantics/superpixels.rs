@@ -1,10 +1,10 @@
 //! Borders of label maps where depth was estimated: they run along the edges of the image.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::label_images::LabelImages;
 use super::segments::segments;
@@ -25,6 +25,10 @@ const MOST_OFF: u8 = 8;
 const REACH: u8 = 2;
 /// A pixel keeps its class if it lies at least this much as deep inside of it as the deepest pixel in reach.
 const DEEP: f32 = 0.6;
+/// The gradient between black and white along rows and columns at once, in 8-bit steps, and in how many levels borders
+/// are flooded by.
+const HIGHEST_GRADIENT: f32 = 625.0;
+const LEVELS_PER_STEP: f32 = 4.0;
 /// Bytes of superpixels that are kept: those of 25 frames or more.
 const CACHE_BYTES: usize = 16 << 20;
 
@@ -186,7 +190,7 @@ fn vote(
     camera: &Camera,
     segments: &[u32],
     nodes: &mut [u32],
-    class: impl Fn(u32) -> ClassId,
+    class: impl Fn(u32) -> ClassId + Sync,
     is_sure: impl Fn(u32) -> bool,
 ) {
     let depths = depths(camera, nodes, &class, MOST_OFF + 1);
@@ -231,10 +235,10 @@ fn vote(
 /// Moves the borders of the classes to the edges of the image, at most about `reach` pixels.
 fn flood(
     camera: &Camera,
-    color: &impl Fn(usize) -> Vec3,
+    color: &(impl Fn(usize) -> Vec3 + Sync),
     nodes: &mut [u32],
-    class: impl Fn(u32) -> ClassId,
-    is_sure: impl Fn(u32) -> bool,
+    class: impl Fn(u32) -> ClassId + Sync,
+    is_sure: impl Fn(u32) -> bool + Sync,
     reach: u8,
 ) {
     let depths = depths(camera, nodes, &class, (f32::from(reach) / DEEP).ceil() as u8);
@@ -250,77 +254,65 @@ fn flood(
                 .any(is_deeper)
         })
     };
-    let mut open = vec![false; nodes.len()];
-    let mut seeds: Vec<usize> = Vec::new();
-    for at in (0..nodes.len()).filter(|&at| depths[at] < reach) {
-        if nodes[at] != NO_NODE && is_shallow(at) && !is_sure(nodes[at]) {
-            open[at] = true;
-            seeds.extend(camera.beside(at));
-        }
-    }
-    seeds.retain(|&at| !open[at] && nodes[at] != NO_NODE);
-    seeds.sort_unstable();
-    seeds.dedup();
+    let is_open =
+        |at: usize| depths[at] < reach && nodes[at] != NO_NODE && is_shallow(at) && !is_sure(nodes[at]);
+    let mut open: Vec<bool> = (0..nodes.len()).into_par_iter().map(is_open).collect();
+    // In 8-bit steps of colour.
     let gradient = |at: usize| {
         let (column, row) = (at % width, at / width);
         let across = color(at + usize::from(column + 1 < width)) - color(at - usize::from(column > 0));
         let below = at + width * usize::from(row + 1 < height);
         let above = at - width * usize::from(row > 0);
-        // Numbers that are not negative compare like their bits.
-        (across.length_squared() + (color(below) - color(above)).length_squared()).to_bits()
+        (across.length_squared() + (color(below) - color(above)).length_squared()).sqrt()
     };
     // The smallest gradient first, of equal ones the first that came.
-    let mut queue = BinaryHeap::new();
-    let mut turn = 0_u64;
-    let mut entry = |at: usize| {
-        turn += 1;
-        Reverse((u64::from(gradient(at)) << u32::BITS | turn, at as u32))
-    };
+    let level = |at: usize| (gradient(at) * LEVELS_PER_STEP) as usize;
+    let mut queues = vec![VecDeque::new(); (HIGHEST_GRADIENT * LEVELS_PER_STEP) as usize + 1];
+    let is_seed =
+        |&at: &usize| !open[at] && nodes[at] != NO_NODE && camera.beside(at).any(|other| open[other]);
+    let seeds: Vec<usize> = (0..nodes.len()).into_par_iter().filter(is_seed).collect();
     for at in seeds {
-        queue.push(entry(at));
+        queues[level(at)].push_back(at);
     }
-    while let Some(Reverse((_, at))) = queue.pop() {
-        for other in camera.beside(at as usize) {
+    let mut lowest = 0;
+    while let Some(queue) = queues.get_mut(lowest) {
+        let Some(at) = queue.pop_front() else {
+            lowest += 1;
+            continue;
+        };
+        for other in camera.beside(at) {
             if std::mem::take(&mut open[other]) {
-                if class(nodes[other]) != class(nodes[at as usize]) {
-                    nodes[other] = nodes[at as usize];
+                if class(nodes[other]) != class(nodes[at]) {
+                    nodes[other] = nodes[at];
                 }
-                queue.push(entry(other));
+                queues[level(other).max(lowest)].push_back(other);
             }
         }
     }
 }
 
 /// How many steps along rows and columns every pixel is away from the nearest pixel beside another class, at most `most`.
-pub(super) fn depths(camera: &Camera, nodes: &[u32], class: &impl Fn(u32) -> ClassId, most: u8) -> Vec<u8> {
-    let width = camera.width as usize;
+pub(super) fn depths(
+    camera: &Camera,
+    nodes: &[u32],
+    class: &(impl Fn(u32) -> ClassId + Sync),
+    most: u8,
+) -> Vec<u8> {
     let differs = |a: u32, b: u32| a != b && a != NO_NODE && b != NO_NODE && class(a) != class(b);
-    let mut depths = vec![most; nodes.len()];
+    let at_border = |&at: &usize| camera.beside(at).any(|other| differs(nodes[at], nodes[other]));
     // The pixels of one depth after the other.
-    let mut last: Vec<usize> = Vec::new();
-    let reach = |depths: &mut [u8], at: usize, depth: u8, reached: &mut Vec<usize>| {
-        if depth < depths[at] {
-            depths[at] = depth;
-            reached.push(at);
-        }
-    };
-    let mut compare = |start: usize, pixels: &[u32], beside: &[u32], step: usize| {
-        for (at, (&own, &other)) in (start..).zip(pixels.iter().zip(beside)) {
-            if differs(own, other) {
-                reach(&mut depths, at, 0, &mut last);
-                reach(&mut depths, at + step, 0, &mut last);
-            }
-        }
-    };
-    for (row, pixels) in nodes.chunks_exact(width.max(1)).enumerate() {
-        let start = row * width;
-        compare(start, pixels, &pixels[1..], 1);
-        compare(start, pixels, &nodes[start + width..], width);
+    let mut last: Vec<usize> = (0..nodes.len()).into_par_iter().filter(at_border).collect();
+    let mut depths = vec![most; nodes.len()];
+    for &at in &last {
+        depths[at] = 0;
     }
     for depth in 1..most {
         let mut next = Vec::new();
         for other in last.iter().flat_map(|&at| camera.beside(at)) {
-            reach(&mut depths, other, depth, &mut next);
+            if depth < depths[other] {
+                depths[other] = depth;
+                next.push(other);
+            }
         }
         last = next;
     }
