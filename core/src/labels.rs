@@ -62,6 +62,13 @@ impl LabelSet {
         }
     }
 
+    /// Whether these labels are `before` with this stroke as the newest.
+    pub fn is_one_more(&self, before: &Self, stroke: &Stroke) -> bool {
+        let mut others = self.clone();
+        let newest = others.strokes.pop_last();
+        newest.is_some_and(|(_, newest)| *newest == *stroke) && others == *before
+    }
+
     /// Whether anything is said about any pixel.
     pub fn says_anything(&self) -> bool {
         !self.strokes.is_empty() || self.imported.is_some()
@@ -88,5 +95,24 @@ impl LabelSet {
     /// An id above those of all present strokes.
     pub fn next_stroke_id(&self) -> StrokeId {
         StrokeId(self.strokes.last_key_value().map_or(1, |(id, _)| id.0 + 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::clicked;
+    use super::*;
+
+    #[test]
+    fn labels_are_one_more_with_the_stroke_as_the_newest_and_all_else_as_before() {
+        let clicks = [(0, 1, [10, 20]), (3, 1, [4, 5])];
+        let stroke = Stroke::click(3, 1, [4, 5]);
+        let [before, now] = [&clicks[..1], &clicks].map(|clicks| clicked(&["a"], clicks).labels().clone());
+        assert!(now.is_one_more(&before, &stroke));
+        assert!(!now.is_one_more(&before, &Stroke::click(3, 1, [4, 6])));
+        assert!(!now.is_one_more(&now, &stroke) && !before.is_one_more(&before, &stroke));
+        let mut others = now.clone();
+        others.classes[0].thing ^= true;
+        assert!(!others.is_one_more(&before, &stroke));
     }
 }

@@ -34,7 +34,7 @@ use inplace_model::view::View;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands, Model};
 
-pub use cpu::{mix, pictures};
+pub use cpu::{fitted, mix, pictures, whole};
 pub use field_view::{FieldView, FieldViewer};
 pub use frame_view::FrameView;
 pub use gpu::{UploadClock, make_ready};

@@ -95,8 +95,8 @@ impl Panels {
 
 impl ScenePanels {
     fn new(ctx: &egui::Context, serial: u64) -> Self {
-        let frames = Thumbnails::new(ctx.clone(), [128, 96]);
-        let places = Thumbnails::new(ctx.clone(), [480, 360]);
+        let frames = Thumbnails::new(ctx.clone(), [128.0, 96.0]);
+        let places = Thumbnails::new(ctx.clone(), [480.0, 360.0]);
         Self {
             serial,
             classes: classes::ClassPanel::default(),

@@ -12,7 +12,7 @@ use inplace_core::project::picture_name;
 use inplace_model::preferences::RecentPlace;
 use inplace_model::workspace::source::FrameSource;
 
-use crate::canvas::pictures;
+use crate::canvas::{fitted, pictures, whole};
 
 /// Most pixels along each axis: about twice of what the start page shows in points.
 const SIZE: [f32; 2] = [176.0, 132.0];
@@ -106,10 +106,8 @@ pub fn write(place: &RecentPlace, source: &FrameSource, folder: &Path) -> io::Re
     let Some(frame) = source.scene.frames.get(source.frame) else {
         return Ok(());
     };
-    let (width, height) = (frame.camera.width as f32, frame.camera.height as f32);
-    let scale = (SIZE[0] / width).min(SIZE[1] / height).min(1.0);
-    let size = [width, height].map(|side| ((scale * side).round() as usize).max(1));
-    let Some([picture]) = pictures(source, [source.look], size) else {
+    let part = whole([frame.camera.width, frame.camera.height]);
+    let Some([picture]) = pictures(source, [source.look], part, fitted(part, SIZE)) else {
         return Ok(());
     };
     let rgb: Vec<u8> = picture
@@ -117,7 +115,7 @@ pub fn write(place: &RecentPlace, source: &FrameSource, folder: &Path) -> io::Re
         .iter()
         .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
         .collect();
-    let [width, height] = size.map(|side| side as u32);
+    let [width, height] = picture.size.map(|side| side as u32);
     let mut png = Vec::new();
     PngEncoder::new(&mut png)
         .write_image(&rgb, width, height, ExtendedColorType::Rgb8)

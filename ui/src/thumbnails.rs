@@ -13,7 +13,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::workspace::source::FrameSource;
 
 use crate::background::{Background, Desk};
-use crate::canvas::{pictures, rect_of};
+use crate::canvas::{fitted, pictures, rect_of, whole};
 
 /// Most textures kept.
 const MOST: usize = 300;
@@ -72,7 +72,7 @@ pub struct Thumbnails {
 
 impl Thumbnails {
     /// Starts the thread that makes thumbnails of at most `size` pixels.
-    pub fn new(ctx: egui::Context, size: [usize; 2]) -> Self {
+    pub fn new(ctx: egui::Context, size: [f32; 2]) -> Self {
         Self {
             thread: started(&ctx, size),
             ctx,
@@ -165,7 +165,7 @@ impl Thumbnails {
     }
 }
 
-fn started(ctx: &egui::Context, size: [usize; 2]) -> Background<Request, Made> {
+fn started(ctx: &egui::Context, size: [f32; 2]) -> Background<Request, Made> {
     Background::new(ctx.clone(), "thumbnails", move |desk: &Desk<Request, Made>| {
         let mut waiting = Vec::new();
         loop {
@@ -178,58 +178,47 @@ fn started(ctx: &egui::Context, size: [usize; 2]) -> Background<Request, Made> {
 }
 
 impl Request {
-    fn make(&self, [width, height]: [usize; 2]) -> Option<egui::ColorImage> {
+    /// The picture, of at most so many pixels along each axis.
+    fn make(&self, largest: [f32; 2]) -> Option<egui::ColorImage> {
         let source = &self.source;
         let camera = &source.scene.frames.get(source.frame)?.camera;
-        let full = [camera.width as usize, camera.height as usize];
-        Some(match self.subject {
-            Subject::Frame(_) => {
-                let aspect = full[0] as f32 / full[1].max(1) as f32;
-                let width = width.min((height as f32 * aspect).round() as usize).max(1);
-                let height = height.min((width as f32 / aspect).round() as usize).max(1);
-                let [picture] = pictures(source, [source.look], [width, height])?;
-                picture
-            }
+        let part = match self.subject {
+            Subject::Frame(_) => whole([camera.width, camera.height]),
             Subject::Place(_, pixel) => {
-                let [shown, plain] = pictures(source, [source.look, Look::PLAIN], full)?;
-                place_picture(&shown, &plain, (pixel, &self.outline), [width, height])
+                let size = glam::vec2(camera.width as f32, camera.height as f32);
+                rect_of(ImagePart::around(size, pixel, &self.outline))
             }
-        })
+        };
+        let size = fitted(part, largest);
+        if matches!(self.subject, Subject::Frame(_)) {
+            let [picture] = pictures(source, [source.look], part, size)?;
+            return Some(picture);
+        }
+        let [inside, outside] = pictures(source, [source.look, Look::PLAIN], part, size)?;
+        Some(place_picture(&inside, outside, part, &self.outline))
     }
 }
 
-/// The surroundings of a place, at most `largest` pixels: `shown` inside its region, `plain` around it.
+/// A part of an image, in its pixels: one picture inside the region of a place, the other one around it.
 fn place_picture(
-    shown: &egui::ColorImage,
-    plain: &egui::ColorImage,
-    (pixel, outline): (Pixel, &[[f32; 2]]),
-    largest: [usize; 2],
+    inside: &egui::ColorImage,
+    outside: egui::ColorImage,
+    part: Rect,
+    outline: &[[f32; 2]],
 ) -> egui::ColorImage {
-    let full = plain.size;
-    let size = glam::vec2(full[0] as f32, full[1] as f32);
-    let part = rect_of(ImagePart::around(size, pixel, outline));
-    let scale = (egui::vec2(largest[0] as f32, largest[1] as f32) / part.size())
-        .min_elem()
-        .min(1.0);
-    let size = [part.width(), part.height()].map(|length| ((length * scale).round() as usize).max(1));
-    let step = part.size() / egui::vec2(size[0] as f32, size[1] as f32);
-    let mut pixels = Vec::with_capacity(size[0] * size[1]);
-    for row in 0..size[1] {
-        let y = part.top() + (row as f32 + 0.5) * step.y;
-        let crossings = crossings(outline, y);
-        for column in 0..size[0] {
+    let mut picture = outside;
+    let [width, height] = picture.size;
+    let step = part.size() / egui::vec2(width as f32, height as f32);
+    for row in 0..height {
+        let crossings = crossings(outline, part.top() + (row as f32 + 0.5) * step.y);
+        for column in 0..width {
             let x = part.left() + (column as f32 + 0.5) * step.x;
-            let inside = crossings.iter().filter(|&&crossing| crossing < x).count() % 2 == 1;
-            let at = |position: f32, length: usize| (position.max(0.0) as usize).min(length - 1);
-            let index = at(y, full[1]) * full[0] + at(x, full[0]);
-            pixels.push(if inside {
-                shown.pixels[index]
-            } else {
-                plain.pixels[index]
-            });
+            if crossings.iter().filter(|&&crossing| crossing < x).count() % 2 == 1 {
+                picture.pixels[row * width + column] = inside.pixels[row * width + column];
+            }
         }
     }
-    egui::ColorImage::new(size, pixels)
+    picture
 }
 
 #[cfg(test)]
@@ -262,7 +251,7 @@ mod tests {
             assert!(start.elapsed().as_secs() < 20, "nothing was made");
             std::thread::sleep(std::time::Duration::from_millis(1));
         };
-        let mut thumbnails = Thumbnails::new(egui::Context::default(), [48, 48]);
+        let mut thumbnails = Thumbnails::new(egui::Context::default(), [48.0, 48.0]);
         thumbnails.collect();
         // The scene has one frame alone.
         assert!(get(&mut thumbnails, 1).is_none());
@@ -283,18 +272,15 @@ mod tests {
 
     #[test]
     fn a_place_shows_labels_inside_its_region_and_the_image_around_it() {
-        let [shown, plain] =
-            [egui::Color32::RED, egui::Color32::GRAY].map(|color| egui::ColorImage::filled([60, 40], color));
         let outline = [[26.0, 16.0], [26.0, 24.0], [34.0, 24.0], [34.0, 16.0]];
-        let place = ([30, 20], &outline[..]);
-        let picture = place_picture(&shown, &plain, place, [300, 300]);
-        let part = rect_of(ImagePart::around(glam::vec2(60.0, 40.0), place.0, place.1));
-        let size = [part.width(), part.height()].map(|side| side.round() as usize);
-        assert_eq!(picture.size, size);
-        let is_red = |pixel: &&egui::Color32| **pixel == egui::Color32::RED;
-        let red = picture.pixels.iter().filter(is_red).count();
-        assert!((56..=72).contains(&red), "{red} pixels of a region of 64");
-        assert_eq!(picture.pixels[0], egui::Color32::GRAY);
-        assert_eq!(place_picture(&shown, &plain, place, [10, 10]).size[0], 10);
+        let part = Rect::from_min_max(egui::pos2(20.0, 10.0), egui::pos2(40.0, 30.0));
+        for (scale, expected) in [(1, 64), (3, 576)] {
+            let [labels, image] = [egui::Color32::RED, egui::Color32::GRAY]
+                .map(|color| egui::ColorImage::filled([20 * scale; 2], color));
+            let picture = place_picture(&labels, image, part, &outline);
+            let is_red = |pixel: &&egui::Color32| **pixel == egui::Color32::RED;
+            assert_eq!(picture.pixels.iter().filter(is_red).count(), expected);
+            assert_eq!(picture.pixels[0], egui::Color32::GRAY);
+        }
     }
 }

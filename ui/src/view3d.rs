@@ -94,7 +94,7 @@ impl View3d {
         Self {
             preparer: Preparer::new(ctx.clone()),
             picker: Background::new(ctx.clone(), "pick", pick::answer),
-            thumbnails: Thumbnails::new(ctx.clone(), [192, 144]),
+            thumbnails: Thumbnails::new(ctx.clone(), [192.0, 144.0]),
             budget: SplatBudget::default(),
             drawn: Arc::default(),
             rasteriser: None,

@@ -213,7 +213,7 @@ impl FrameMap {
     }
 
     /// What the pixels are looked up from; `None` where the map was made pixel by pixel.
-    fn source(&self) -> Option<&OnSurface> {
+    pub(super) fn source(&self) -> Option<&OnSurface> {
         match &self.pixels {
             MapPixels::Listed { source, .. } => source.as_ref(),
             MapPixels::OnSurface(shown) => Some(shown),

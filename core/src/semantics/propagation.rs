@@ -119,6 +119,26 @@ impl LabelPropagation {
         true
     }
 
+    /// Replaces the labels by those of before with one stroke more, whose [preview](Self::preview) gave this map, and tells the
+    /// map at once; it has no surface until the rest of the scene follows.
+    pub fn set_labels_foreseen(
+        &mut self,
+        (scene, labels): (&Arc<Scene>, &LabelSet),
+        generation: u64,
+        foreseen: FrameMap,
+        tell: impl FnOnce(FrameMap),
+    ) {
+        let whole = foreseen.source().and_then(|source| source.whole.clone());
+        tell(FrameMap {
+            generation,
+            ..foreseen
+        });
+        self.set_labels(scene, labels);
+        if let Some(whole) = whole {
+            let _ = whole.set(Arc::clone(&self.posterior));
+        }
+    }
+
     /// Spreads these labels in place of those before; returns the nodes whose classes then have to be updated, ascending,
     /// or `None` where all of them are already.
     fn spread(&mut self, scene: &Scene, labels: &LabelSet) -> Option<Vec<u32>> {

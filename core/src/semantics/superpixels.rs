@@ -25,8 +25,8 @@ const MOST_OFF: u8 = 8;
 const REACH: u8 = 2;
 /// A pixel keeps its class if it lies at least this much as deep inside of it as the deepest pixel in reach.
 const DEEP: f32 = 0.6;
-/// The gradient between black and white along rows and columns at once, in 8-bit steps, and in how many levels borders
-/// are flooded by.
+/// The highest gradient, in 8-bit steps of colour: between black and white along rows and columns at once. Borders are
+/// flooded by levels of it, so many to a step.
 const HIGHEST_GRADIENT: f32 = 625.0;
 const LEVELS_PER_STEP: f32 = 4.0;
 /// Bytes of superpixels that are kept: those of 25 frames or more.

@@ -53,6 +53,8 @@ pub(super) struct Worker<'a> {
     asked: Option<Stroke>,
     /// The map that was looked up for the last answer, as it was published and looked up.
     looked_up: Option<[Arc<FrameMap>; 2]>,
+    /// The stroke that was asked about last, and the map that it would lead to, until that would be another one.
+    foreseen: Option<(Stroke, FrameMap)>,
     /// The requested view of the field, until it is rendered.
     rendering: Option<ViewRendering>,
     /// Frames whose maps are out of date, in the order in which they are made.
@@ -129,6 +131,7 @@ impl<'a> Worker<'a> {
             settling: is_final,
             asked: None,
             looked_up: None,
+            foreseen: None,
             rendering: None,
             stale: VecDeque::new(),
             seen: None,
@@ -189,6 +192,8 @@ impl Worker<'_> {
         match command {
             Command::Labels { labels, generation } => {
                 tracing::info!(generation, strokes = labels.strokes.len(), "labels are received");
+                let foreseen = self.foreseen.take();
+                let foreseen = foreseen.filter(|(stroke, _)| labels.is_one_more(&self.labels, stroke));
                 self.labels = labels;
                 self.generation = generation;
                 self.reporter.repeat_next();
@@ -196,13 +201,19 @@ impl Worker<'_> {
                 self.check_anew();
                 if let Some(propagation) = &mut self.propagation {
                     let said = (&self.scene, &self.labels);
-                    let is_told = timed(&mut self.seconds.semantics, || {
-                        propagation.set_labels_seen_in(said, (self.view, generation), |map| {
-                            self.outbox.publish(map);
-                        })
+                    let tell = |map| self.outbox.publish(map);
+                    let told = timed(&mut self.seconds.semantics, || match foreseen {
+                        Some((stroke, map)) => {
+                            propagation.set_labels_foreseen(said, generation, map, tell);
+                            Some(stroke.frame)
+                        }
+                        None => {
+                            let is_told = propagation.set_labels_seen_in(said, (self.view, generation), tell);
+                            is_told.then_some(self.view)
+                        }
                     });
                     self.refresh_all();
-                    self.seen = is_told.then_some(self.view);
+                    self.seen = told;
                 }
                 self.import_if_due();
             }

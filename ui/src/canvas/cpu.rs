@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::Color32;
+use egui::{Color32, Pos2, Rect, Vec2};
 use inplace_core::scene;
 use inplace_model::layer::{Layer, Look};
 use inplace_model::palette::Palette;
@@ -38,16 +38,17 @@ pub(super) fn outline(look: &Look) -> f32 {
     }
 }
 
-/// Small pictures of a frame in these looks, the image alone for layers that need more than a map; `None` where there is
-/// no such frame, or its file cannot be read any more.
+/// Pictures of this size of a part of a frame, in its pixels, in these looks, the image alone for layers that need more than
+/// a map; `None` where there is no such frame, or its file cannot be read any more.
 pub fn pictures<const LOOKS: usize>(
     source: &FrameSource,
     looks: [Look; LOOKS],
+    part: Rect,
     size: [usize; 2],
 ) -> Option<[egui::ColorImage; LOOKS]> {
     let color = source.scene.frames.get(source.frame)?.pixels().ok()?.color;
     // What moves borders by some pixels would hardly show there.
-    let is_small = 2 * size[0] <= color.width() as usize;
+    let is_small = 2.0 * size[0] as f32 <= part.width();
     let map = source.map.as_ref().map(|map| {
         let rough = is_small.then(|| map.rough()).flatten();
         rough.map_or_else(|| Arc::clone(map), Arc::new)
@@ -55,17 +56,28 @@ pub fn pictures<const LOOKS: usize>(
     let map = map.map(Versioned::new).map(ShownMap::new);
     Some(looks.map(|look| {
         let over = map.as_ref().and_then(|map| map.over(look.layer, &source.palette));
-        composite(&color, over.as_ref(), &source.palette, look, size)
+        composite(&color, over.as_ref(), &source.palette, look, (part, size))
     }))
 }
 
-/// The colour image with what lies over it, at `width` x `height`, nearest-neighbour.
+/// All of an image, in its pixels.
+pub fn whole(size: [u32; 2]) -> Rect {
+    Rect::from_min_size(Pos2::ZERO, size.map(|side| side as f32).into())
+}
+
+/// The size of a picture of a part, at most this and no larger than the part.
+pub fn fitted(part: Rect, largest: [f32; 2]) -> [usize; 2] {
+    let scale = (Vec2::from(largest) / part.size()).min_elem().min(1.0);
+    <[f32; 2]>::from(scale * part.size()).map(|side| (side.round() as usize).max(1))
+}
+
+/// A part of the colour image, in its pixels, with what lies over it, at `width` x `height`, nearest-neighbour.
 pub fn composite(
     color: &scene::ColorImage,
     over: Option<&Over>,
     palette: &Palette,
     look: Look,
-    [width, height]: [usize; 2],
+    (part, [width, height]): (Rect, [usize; 2]),
 ) -> egui::ColorImage {
     let values = over.map(|over| over.texels.values());
     let plane = over.zip(values.as_deref()).map(|(over, values)| Plane {
@@ -73,16 +85,18 @@ pub fn composite(
         size: over.size.map(|side| side as usize),
         values,
     });
-    let (color_width, color_height) = (color.width() as usize, color.height() as usize);
-    let nearest = |position: usize, length: usize, source: usize| (2 * position + 1) * source / (2 * length);
+    let image = [color.width(), color.height()].map(|side| side as usize);
+    // Where the pixels of the picture are in the image, 0..=1.
+    let shares = |[first, extent]: [f32; 2], count: usize, all: usize| {
+        (0..count).map(move |at| (first + (at as f32 + 0.5) / count as f32 * extent) / all as f32)
+    };
+    let nearest = |share: f32, length: usize| ((share * length as f32) as usize).min(length - 1);
     let mut pixels = Vec::with_capacity(width * height);
-    for y in 0..height {
-        for x in 0..width {
-            let index = nearest(y, height, color_height) * color_width + nearest(x, width, color_width);
-            let mut rgb = color.pixel(index);
+    for y in shares([part.top(), part.height()], height, image[1]) {
+        for x in shares([part.left(), part.width()], width, image[0]) {
+            let mut rgb = color.pixel(nearest(y, image[1]) * image[0] + nearest(x, image[0]));
             if let Some(plane) = &plane {
-                let column = nearest(x, width, plane.size[0]);
-                let row = nearest(y, height, plane.size[1]);
+                let [column, row] = [nearest(x, plane.size[0]), nearest(y, plane.size[1])];
                 rgb = plane.over(rgb, palette, look, column, row);
             }
             pixels.push(Color32::from_rgb(rgb[0], rgb[1], rgb[2]));
@@ -158,8 +172,9 @@ pub(super) fn texture(
     look: Look,
 ) -> egui::TextureHandle {
     let most = ctx.input(|input| input.max_texture_side);
-    let size = [image.width(), image.height()].map(|side| most.min(side as usize));
-    let composed = composite(image, content.over.as_ref(), &content.palette, look, size);
+    let all = [image.width(), image.height()];
+    let cut = (whole(all), all.map(|side| most.min(side as usize)));
+    let composed = composite(image, content.over.as_ref(), &content.palette, look, cut);
     let options = egui::TextureOptions {
         magnification: egui::TextureFilter::Nearest,
         ..egui::TextureOptions::LINEAR
@@ -199,7 +214,7 @@ mod tests {
         let palette = Palette::new(&[class]);
         let map = ShownMap::new(Versioned::new(Arc::new(map)));
         let over = map.over(look.layer, &palette);
-        composite(&color, over.as_ref(), &palette, look, [2, 1]).pixels
+        composite(&color, over.as_ref(), &palette, look, (whole([2, 1]), [2, 1])).pixels
     }
 
     #[test]
@@ -225,8 +240,8 @@ mod tests {
     fn over(layer: Layer, over: &Over) -> Vec<Color32> {
         let width = over.size[0];
         let color = scene::ColorImage::new(width, 1, vec![100; 3 * width as usize]).unwrap();
-        let size = [width as usize, 1];
-        composite(&color, Some(over), &Palette::new(&[]), look(layer, 1.0), size).pixels
+        let cut = (whole([width, 1]), [width as usize, 1]);
+        composite(&color, Some(over), &Palette::new(&[]), look(layer, 1.0), cut).pixels
     }
 
     #[test]
@@ -271,10 +286,14 @@ mod tests {
     }
 
     #[test]
-    fn a_thumbnail_takes_the_nearest_pixel() {
+    fn a_picture_of_a_part_takes_the_nearest_pixels() {
         let (color, _) = frame();
-        let look = look(Layer::Color, 0.0);
-        let small = composite(&color, None, &Palette::new(&[]), look, [1, 1]);
-        assert_eq!(small.pixels, [Color32::from_rgb(40, 50, 60)]);
+        let cut = |part| {
+            let look = look(Layer::Color, 0.0);
+            composite(&color, None, &Palette::new(&[]), look, (part, [1, 1])).pixels
+        };
+        let [left, right] = [[10, 20, 30], [40, 50, 60]].map(|[r, g, b]| Color32::from_rgb(r, g, b));
+        assert_eq!(cut(whole([2, 1])), [right]);
+        assert_eq!(cut(whole([1, 1])), [left]);
     }
 }

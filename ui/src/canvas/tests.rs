@@ -79,7 +79,7 @@ fn the_shader_shows_every_layer_as_the_composite_of_the_cpu_does() {
             over.as_ref(),
             &palette,
             look,
-            SIZE.map(|side| side as usize),
+            (cpu::whole(SIZE), SIZE.map(|side| side as usize)),
         );
         let content = Content {
             picture: Some(Arc::clone(&picture)),

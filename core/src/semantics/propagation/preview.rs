@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use rustc_hash::FxHashSet;
-
 use super::LabelPropagation;
 use crate::labels::{Pixel, Run, Stroke, VOID, pixels_of};
 use crate::scene::Scene;
 use crate::semantics::strays::strays;
-use crate::semantics::{Evidence, FrameMap, NO_NODE, Posterior};
+use crate::semantics::{Evidence, FrameMap, Posterior};
 
 /// What a stroke would win on its frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,21 +39,36 @@ impl Preview {
 }
 
 impl LabelPropagation {
-    /// What one more stroke of a class would win on its frame, whose present map is `now`. It is what
-    /// [`set_labels`](Self::set_labels) makes of the labels with the stroke as the newest, for the nodes that the frame
-    /// shows; nothing is changed here. A scribble that slips over an edge is the exception: what it covers beyond the
-    /// edge counts as it did before. Void spreads nowhere, and wins nothing.
-    pub fn preview(&self, scene: &Arc<Scene>, stroke: &Stroke, now: &FrameMap) -> Preview {
-        let [won, part] = self.won_by(scene, stroke, now).unwrap_or_default();
-        Preview {
+    /// What one more stroke of a class would win on its frame, whose present map is `now`, and the map that the frame would
+    /// then have. It is what [`set_labels`](Self::set_labels) makes of the labels with the stroke as the newest; nothing is
+    /// changed here. A scribble that slips over an edge is the exception: what it covers beyond the edge counts as it did
+    /// before. Void spreads nowhere, and wins nothing.
+    ///
+    /// There is no map where the stroke labels no node, or where imported images count, as they are read across frames. It
+    /// has no [surface](FrameMap::surface) before it is [the frame's](Self::set_labels_foreseen).
+    pub fn preview(
+        &self,
+        scene: &Arc<Scene>,
+        stroke: &Stroke,
+        now: &FrameMap,
+    ) -> (Preview, Option<FrameMap>) {
+        let (won, map) = self.won_by(scene, stroke, now).unzip();
+        let [won, part] = won.unwrap_or_default();
+        let preview = Preview {
             stroke: stroke.clone(),
             won,
             part,
-        }
+        };
+        (preview, map.filter(|_| self.import.is_none()))
     }
 
-    /// What it wins, and the part at it; `None` where the stroke labels no node.
-    fn won_by(&self, scene: &Arc<Scene>, stroke: &Stroke, now: &FrameMap) -> Option<[Vec<Run>; 2]> {
+    /// What it wins, the part at it, and the map; `None` where the stroke labels no node.
+    fn won_by(
+        &self,
+        scene: &Arc<Scene>,
+        stroke: &Stroke,
+        now: &FrameMap,
+    ) -> Option<([Vec<Run>; 2], FrameMap)> {
         let frame = scene.frames.get(stroke.frame)?;
         let mut pixels = pixels_of(stroke, frame.camera.width, frame.camera.height);
         let hidden = frame.hidden_pixels();
@@ -89,32 +102,45 @@ impl LabelPropagation {
         let mut posterior = Posterior::clone(&self.posterior);
         posterior.update(&evidence, &changed);
 
-        let mut map = self.on_surface(scene, stroke.frame);
-        map.posterior = Arc::new(posterior);
-        map.painted
+        let mut shown = self.on_surface(scene, stroke.frame);
+        shown.posterior = Arc::new(posterior);
+        shown.whole = Some(Arc::default());
+        shown
+            .painted
             .extend(pixels.into_iter().map(|pixel| (pixel, stroke.class.into())));
-        let map = FrameMap::on_surface((stroke.frame, now.generation), map);
+        let map = FrameMap::on_surface((stroke.frame, now.generation), shown);
+        let map = map.looked_up().into_owned();
         let (before, after) = (now.labels(), map.labels());
         let is_won = |index: usize| after[index] == stroke.class && before.get(index) != Some(&stroke.class);
         let won: Vec<bool> = (0..after.len()).map(is_won).collect();
         let nodes = self.surface.nodes_of(stroke.frame).unpack();
-        let part = part_at(stroke.first_point()?, &won, &nodes, map.width);
-        Some([won, part].map(|pixels| runs(map.width, &pixels)))
+        let nodes = (nodes.as_slice(), self.surface.graph.len());
+        let part = part_at(stroke.first_point()?, &won, nodes, map.width);
+        Some(([won, part].map(|pixels| runs(map.width, &pixels)), map))
     }
 }
 
 /// The part of the pixels that are won at one of them, which is connected along rows and columns, without the nodes that
-/// reach beyond them; `nodes` has that of every pixel of the image, which is this wide.
-fn part_at(place: Pixel, won: &[bool], nodes: &[u32], width: u32) -> Vec<bool> {
+/// reach beyond them; `nodes`, of `count`, has that of every pixel of the image, which is this wide.
+fn part_at(place: Pixel, won: &[bool], (nodes, count): (&[u32], usize), width: u32) -> Vec<bool> {
     let mut part = vec![false; won.len()];
     let index = |[x, y]: Pixel| y as usize * width as usize + x as usize;
     if won.get(index(place)) != Some(&true) {
         return part;
     }
-    let all = || won.iter().zip(nodes);
-    let outside = all().filter(|(won, _)| !**won).map(|(_, &node)| node);
-    let beyond: FxHashSet<u32> = outside.chain([NO_NODE]).collect();
-    let mut is_open: Vec<bool> = all().map(|(&won, node)| won && !beyond.contains(node)).collect();
+    // Whether a pixel that shows the node is not won; pixels without a node are open to nobody.
+    let mut is_beyond = vec![false; count];
+    for (_, &node) in won.iter().zip(nodes).filter(|(won, _)| !**won) {
+        if let Some(is_beyond) = is_beyond.get_mut(node as usize) {
+            *is_beyond = true;
+        }
+    }
+    let is_within = |node: u32| is_beyond.get(node as usize) == Some(&false);
+    let mut is_open: Vec<bool> = won
+        .iter()
+        .zip(nodes)
+        .map(|(&won, &node)| won && is_within(node))
+        .collect();
     let height = (won.len() / width as usize) as u32;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
     let gap = |[x, y]: &Pixel| x.abs_diff(place[0]).pow(2) + y.abs_diff(place[1]).pow(2);
@@ -177,7 +203,7 @@ mod tests {
         propagation.set_prior(prior.collect());
         // Borders are looked for where depth was measured, and where not.
         for scene in [measured, Arc::new(bare)] {
-            let preview = |stroke: &Stroke| {
+            let foresee = |stroke: &Stroke| {
                 let now = propagation.map(&scene, stroke.frame, 1);
                 propagation.preview(&scene, stroke, &now)
             };
@@ -192,12 +218,20 @@ mod tests {
             ] {
                 let mut history = history.clone();
                 history.add_stroke(stroke.clone());
+                let (preview, foreseen) = foresee(&stroke);
+                let mut told = None;
                 let mut then = propagation.clone();
-                then.set_labels(&scene, history.labels());
-                let [now, then] = [&propagation, &then].map(|at| at.map(&scene, stroke.frame, 1));
+                then.set_labels_foreseen((&scene, history.labels()), 2, foreseen.unwrap(), |map| {
+                    assert!(map.surface().is_none());
+                    told = Some(map);
+                });
+                let told = told.unwrap();
+                let [now, then] = [&propagation, &then].map(|at| at.map(&scene, stroke.frame, 2));
+                assert!(told.is_looked_up() && told == then, "{stroke:?}");
+                assert_eq!(told.confidence(), then.confidence());
+                assert!(told.surface().unwrap().1 == then.surface().unwrap().1);
                 let (now, then) = (now.labels(), then.labels());
                 let is_won = |index: usize| then[index] == stroke.class && now[index] != stroke.class;
-                let preview = preview(&stroke);
                 let won: Vec<bool> = (0..80 * 60).map(is_won).collect();
                 assert_eq!(preview.won, runs(80, &won), "{stroke:?}");
                 let part: u64 = preview.part.iter().map(Run::pixels).sum();
@@ -207,7 +241,8 @@ mod tests {
             }
             assert!(sizes[..3].iter().all(|&pixels| pixels > 20), "{sizes:?}");
             assert_eq!(sizes[3], 0, "it says nothing new");
-            assert_eq!(preview(&Stroke::click(0, VOID, [50, 40])).pixels(), 0);
+            let (preview, foreseen) = foresee(&Stroke::click(0, VOID, [50, 40]));
+            assert!(preview.pixels() == 0 && foreseen.is_none());
         }
     }
 
@@ -220,7 +255,7 @@ mod tests {
         for run in &all {
             won[run.indices(10)].fill(true);
         }
-        let part = |place, nodes: &[u32]| runs(10, &part_at(place, &won, nodes, 10));
+        let part = |place, nodes: &[u32]| runs(10, &part_at(place, &won, (nodes, 30), 10));
         let single: Vec<u32> = (0..30).collect();
         assert_eq!(part([4, 1], &single), all[..3]);
         assert_eq!(part([8, 1], &single), all[3..]);

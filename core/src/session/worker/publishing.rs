@@ -19,7 +19,7 @@ impl Worker<'_> {
         self.stale = (0..self.scene.frames.len()).collect();
         self.suggestions_due = false;
         self.suggesting = None;
-        self.seen = None;
+        (self.seen, self.foreseen) = (None, None);
         self.sort_stale();
     }
 
@@ -79,8 +79,9 @@ impl Worker<'_> {
                 Some([of, looked_up]) if Arc::ptr_eq(&of, &map) => looked_up,
                 _ => Arc::new(map.looked_up().into_owned()),
             };
-            let preview = propagation.preview(&self.scene, &stroke, &now);
+            let (preview, foreseen) = propagation.preview(&self.scene, &stroke, &now);
             self.looked_up = Some([map, now]);
+            self.foreseen = foreseen.map(|map| (stroke, map));
             self.outbox.send(Event::Preview {
                 generation: self.generation,
                 preview: Arc::new(preview),

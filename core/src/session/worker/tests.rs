@@ -116,6 +116,36 @@ fn a_field_that_has_seen_next_to_nothing_does_not_fill_holes_of_measured_depth()
 }
 
 #[test]
+fn a_click_that_was_asked_about_is_answered_by_the_map_that_was_foreseen() {
+    let (outbox, options) = (outbox(), options());
+    outbox.reset_maps(5);
+    let mut worker = with_surface(&Arc::new(wall(5, 64, 48)), &options, &outbox);
+    let mut history = clicked(&["dark", "bright"], &[(0, 1, [10, 20])]);
+    let mut generation = 0;
+    for asked in [[50, 30], [20, 10]] {
+        generation += 1;
+        let labels = history.labels().clone();
+        worker.handle(Command::Labels { labels, generation }).unwrap();
+        advance_until(&mut worker, |worker| worker.stale.is_empty());
+        let click = Stroke::click(4, 2, [50, 30]);
+        let question = Stroke::click(4, 2, asked);
+        worker.handle(Command::Preview(question)).unwrap();
+        advance_until(&mut worker, |worker| worker.foreseen.is_some());
+        history.add_stroke(click);
+        generation += 1;
+        let labels = history.labels().clone();
+        worker.handle(Command::Labels { labels, generation }).unwrap();
+        // Otherwise the frame in view comes first.
+        let foreseen = asked == [50, 30];
+        assert_eq!(worker.seen, Some(if foreseen { 4 } else { 0 }));
+        let told = outbox.map(worker.seen.unwrap()).unwrap();
+        let propagation = worker.propagation.as_ref().unwrap();
+        assert!(*told == propagation.map(&worker.scene, told.frame, generation));
+        history.undo();
+    }
+}
+
+#[test]
 fn of_labels_that_wait_the_newest_alone_are_followed() {
     let (sender, events) = crossbeam_channel::unbounded();
     let (outbox, options) = (Outbox::new(sender, Arc::default(), Box::new(|| {})), options());
