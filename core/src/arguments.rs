@@ -71,6 +71,7 @@ impl ReadingArguments {
             seed: self.seed,
             views: false,
             first_look: false,
+            suggestions: false,
             features: None,
             state: None,
         }

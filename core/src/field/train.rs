@@ -73,6 +73,15 @@ pub struct Trainer {
     error: Option<HeldOut>,
     undone: u64,
     checkpoint: Checkpoint,
+    begun: Option<Begun>,
+}
+
+/// The first half of a step.
+struct Begun {
+    batch: Batch,
+    samples: Samples,
+    /// Memory for one number per sample.
+    gaps: Vec<f32>,
 }
 
 /// A state of the field to return to.
@@ -160,6 +169,7 @@ impl Trainer {
             error: None,
             undone: 0,
             checkpoint,
+            begun: None,
         })
     }
 
@@ -223,6 +233,23 @@ impl Trainer {
     /// # Errors
     /// None on the CPU short of a lack of memory; a step that is not finite is skipped and counted.
     pub fn step(&mut self) -> Result<()> {
+        while !self.half_step()? {}
+        Ok(())
+    }
+
+    /// One half of a step: draws pixels and samples along their rays, or learns from them. Returns whether the step has ended.
+    ///
+    /// # Errors
+    /// As [`Trainer::step`].
+    pub fn half_step(&mut self) -> Result<bool> {
+        match self.begun.take() {
+            None => self.begun = Some(self.begin()?),
+            Some(begun) => self.learn(begun)?,
+        }
+        Ok(self.begun.is_none())
+    }
+
+    fn begin(&mut self) -> Result<Begun> {
         let batch = self.batch();
         let rays = &batch.rays;
         let (mut samples, gaps) = self.field.spare();
@@ -231,10 +258,14 @@ impl Trainer {
         // Masks may hide all pixels of a batch.
         let count = rays.len().max(1) as f32;
         self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / count;
+        Ok(Begun { batch, samples, gaps })
+    }
+
+    fn learn(&mut self, begun: Begun) -> Result<()> {
         self.steps += 1;
-        self.rays += rays.len() as u64;
-        if !samples.is_empty() {
-            let loss = self.loss(&batch, samples, gaps)?;
+        self.rays += begun.batch.rays.len() as u64;
+        if !begun.samples.is_empty() {
+            let loss = self.loss(&begun.batch, begun.samples, begun.gaps)?;
             let finite = loss.to_scalar::<f32>()?.is_finite() && self.descend(&loss)?;
             self.guard(finite)?;
         }
@@ -320,7 +351,7 @@ impl Trainer {
         Ok(tensors)
     }
 
-    /// Continues from a saved state after `steps` steps.
+    /// Continues from a saved state after `steps` steps, between two steps.
     ///
     /// # Errors
     /// A state of a field of another capacity or volume; nothing is changed then.
@@ -345,6 +376,7 @@ impl Trainer {
             exposure.set(saved)?;
         }
         self.steps = steps;
+        self.begun = None;
         // The error of a field that has learnt nothing yet would tell nothing.
         self.error = if steps > 0 { self.evaluate()? } else { None };
         self.checkpoint = Checkpoint::of(&self.field, &self.occupancy)?;

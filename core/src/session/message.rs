@@ -34,6 +34,8 @@ pub struct SessionOptions {
     /// Whether somebody watches: then labels spread over a first look at the depth of a capture without measured depth, while
     /// that is estimated better.
     pub first_look: bool,
+    /// Whether places to label next are wanted.
+    pub suggestions: bool,
     /// File of a pretrained network, if any ([`Network`](crate::features::Network)): what it sees in the images helps to
     /// tell what is alike.
     pub features: Option<PathBuf>,

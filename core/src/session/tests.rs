@@ -25,6 +25,7 @@ pub(super) fn options() -> SessionOptions {
         seed: 1,
         views: true,
         first_look: false,
+        suggestions: true,
         features: None,
         state: None,
     }

@@ -326,7 +326,8 @@ impl Worker<'_> {
             self.demand.view();
             return Ok(true);
         }
-        if self.train()? {
+        // Somebody waits for suggestions. Beside them a step takes several times as long, and a click waits for a step.
+        if self.suggesting.is_none() && self.train()? {
             return Ok(true);
         }
         if !self.reporter.reported_settled() && self.is_settled() {

@@ -127,6 +127,7 @@ fn click_latency(
     // Training goes on whatever the labels need: a click has to be fast all the same.
     let options = &SessionOptions {
         views: true,
+        suggestions: true,
         ..options.clone()
     };
     let mut run = Client::start(options.clone());

@@ -48,6 +48,24 @@ fn a_state_saved_on_one_path_goes_on_training_on_the_other() {
 }
 
 #[test]
+fn two_halves_make_a_step_and_a_state_is_one_between_steps() {
+    let (mut whole, mut halved) = (
+        trained(Backend::default(), true, 2),
+        trained(Backend::default(), true, 1),
+    );
+    assert!(!halved.half_step().unwrap());
+    assert_eq!(halved.steps(), 1);
+    let begun = halved.state().unwrap();
+    assert!(halved.half_step().unwrap());
+    assert_eq!((halved.steps(), error(&halved)), (2, error(&whole)));
+    // What was begun before a state is taken over is not learnt from after it.
+    whole.half_step().unwrap();
+    whole.restore(&begun, 1).unwrap();
+    assert_eq!(error(&whole), error(&trained(Backend::default(), true, 1)));
+    assert!(!whole.half_step().unwrap());
+}
+
+#[test]
 fn growing_changes_nothing_that_is_rendered_and_a_grown_state_is_taken_over() {
     for backend in [Backend::Plain, Backend::default()] {
         let mut grown = trained(backend, true, 3);

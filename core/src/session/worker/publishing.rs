@@ -57,7 +57,7 @@ impl Worker<'_> {
         }
         self.seconds.render += start.elapsed().as_secs_f64();
         if self.stale.is_empty() {
-            self.suggestions_due = true;
+            self.suggestions_due = self.options.suggestions;
             let generation = self.generation;
             self.outbox.send(Event::AllMaps { generation });
         }
@@ -99,10 +99,11 @@ impl Worker<'_> {
             let only = self.suggest_on.clone();
             let search =
                 move |cancelled: &AtomicBool| suggest(&scene, &propagation, only.as_ref(), cancelled);
-            // One thread: the next click needs the others.
+            // Without a GPU, the window draws the new labels with the other half.
+            let threads = self.options.threads.div_ceil(2).max(1);
             self.suggesting = Some(Background::start(
                 "inplace-suggestions",
-                1,
+                threads,
                 self.generation,
                 search,
             ));

@@ -172,6 +172,34 @@ fn of_labels_that_wait_the_newest_alone_are_followed() {
 }
 
 #[test]
+fn training_waits_for_suggestions_where_they_are_wanted() {
+    let (scene, outbox, wanted) = (Arc::new(half_measured()), outbox(), options());
+    let mut worker = with_surface(&scene, &wanted, &outbox);
+    advance_until(&mut worker, |worker| worker.stale.is_empty());
+    let (end, waiting) = crossbeam_channel::bounded::<()>(0);
+    worker.suggesting = Some(Background::start("inplace-test", 1, 0, move |_| {
+        waiting.recv().ok()?;
+        None
+    }));
+    let steps = worker.trainer.steps();
+    for _ in 0..20 {
+        worker.advance().unwrap();
+    }
+    assert_eq!(worker.trainer.steps(), steps);
+    drop(end);
+    advance_until(&mut worker, |worker| worker.trainer.steps() > steps);
+    let unwanted = SessionOptions {
+        suggestions: false,
+        ..wanted
+    };
+    let mut worker = with_surface(&scene, &unwanted, &outbox);
+    advance_until(&mut worker, |worker| {
+        assert!(worker.suggesting.is_none());
+        worker.trainer.steps() > 0
+    });
+}
+
+#[test]
 fn a_session_that_settles_without_a_surface_ends_with_an_error() {
     let (outbox, options) = (outbox(), options());
     let mut worker = Worker::new(Arc::new(half_measured()).into(), None, &options, &outbox).unwrap();

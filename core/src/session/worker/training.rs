@@ -41,13 +41,18 @@ impl Worker<'_> {
         if self.paused || self.settling {
             return Ok(false);
         }
+        // A click waits for what is under way: half a step, and a step of the semantic field with the shorter half.
+        let has_ended = !field || timed(&mut self.seconds.geometry, || self.trainer.half_step())?;
+        if !has_ended {
+            self.train_semantics(true)?;
+            return Ok(true);
+        }
         if field {
-            timed(&mut self.seconds.geometry, || self.trainer.step())?;
             self.demand.stepped(&self.trainer);
         }
         let end = self.demand.end(&self.trainer);
         self.refiner.start_if_due(&self.trainer, end);
-        Ok(self.train_semantics(field)? || field)
+        Ok(field || self.train_semantics(false)?)
     }
 
     /// A step of the semantic field if one is due; whether there was one.

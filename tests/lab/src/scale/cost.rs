@@ -109,6 +109,7 @@ fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Result
     // The cost of training is measured whatever the labels need.
     let mut run = Client::start(SessionOptions {
         views: true,
+        suggestions: true,
         ..options
     });
     let scene = run.opened()?;

@@ -164,7 +164,11 @@ struct Open {
 
 impl Open {
     fn new(options: SessionOptions) -> Result<Self, Failure> {
-        let mut run = Client::start(options);
+        let suggestions = true;
+        let mut run = Client::start(SessionOptions {
+            suggestions,
+            ..options
+        });
         Ok(Self {
             scene: run.opened()?,
             run,

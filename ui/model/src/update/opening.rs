@@ -127,6 +127,7 @@ impl Model {
             seed: self.start.seed,
             views: false,
             first_look: true,
+            suggestions: true,
             features: features.cloned(),
             state,
         }
