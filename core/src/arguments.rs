@@ -71,7 +71,6 @@ impl ReadingArguments {
             seed: self.seed,
             views: false,
             first_look: false,
-            suggestions: false,
             features: None,
             state: None,
         }

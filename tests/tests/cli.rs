@@ -42,7 +42,6 @@ fn trained(disk: &OnDisk) -> ModelState {
         seed: 0,
         views: true,
         first_look: false,
-        suggestions: false,
         features: None,
         state: None,
     };

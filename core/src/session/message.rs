@@ -34,8 +34,6 @@ pub struct SessionOptions {
     /// Whether somebody watches: then labels spread over a first look at the depth of a capture without measured depth, while
     /// that is estimated better.
     pub first_look: bool,
-    /// Whether places to label next are wanted.
-    pub suggestions: bool,
     /// File of a pretrained network, if any ([`Network`](crate::features::Network)): what it sees in the images helps to
     /// tell what is alike.
     pub features: Option<PathBuf>,
@@ -76,10 +74,10 @@ pub enum Command {
         /// Index of the frame.
         frame: usize,
     },
-    /// Suggest places only in the keyframes among these frames.
-    SuggestOn {
-        /// Indices of the frames.
-        frames: BTreeSet<usize>,
+    /// From now on, suggest places to label next after every change of the maps ([`Event::Suggestions`]).
+    Suggest {
+        /// Indices of frames: places are shown in the keyframes among them. `None` = all.
+        only: Option<BTreeSet<usize>>,
     },
     /// Tell what one more stroke would win on its frame, once there is a surface; a newer question replaces an older
     /// one. Answered with [`Event::Preview`] after one piece of work at most; the maps stay as they are.

@@ -25,7 +25,6 @@ pub(super) fn options() -> SessionOptions {
         seed: 1,
         views: true,
         first_look: false,
-        suggestions: true,
         features: None,
         state: None,
     }
@@ -352,6 +351,7 @@ fn suggestions_follow_the_maps_and_checks_of_the_strokes_too_once_they_are_wante
     let mut client = start();
     let mut history = two_clicks();
     let mut unasked = 0;
+    client.send(Command::Suggest { only: None });
     client.label(history.labels().clone(), 1);
     let suggestions = wait(&mut client, |event| {
         unasked += usize::from(matches!(event, Event::StrokeChecks { .. }));

@@ -61,6 +61,8 @@ pub(super) struct Worker<'a> {
     stale: VecDeque<usize>,
     /// The stale frame whose map has been told before the rest of the scene followed.
     seen: Option<usize>,
+    /// Whether places are to be suggested whenever the maps have changed.
+    suggestions_wanted: bool,
     suggestions_due: bool,
     suggesting: Option<Background<Vec<Suggestion>>>,
     /// The frames that suggestions are shown in; `None` = all.
@@ -135,6 +137,7 @@ impl<'a> Worker<'a> {
             rendering: None,
             stale: VecDeque::new(),
             seen: None,
+            suggestions_wanted: false,
             suggestions_due: false,
             suggesting: None,
             suggest_on: None,
@@ -221,9 +224,9 @@ impl Worker<'_> {
                 self.view = frame.min(self.scene.frames.len().saturating_sub(1));
                 self.sort_stale();
             }
-            Command::SuggestOn { frames } => {
-                self.suggest_on = Some(frames);
-                self.suggestions_due = true;
+            Command::Suggest { only } => {
+                self.suggest_on = only;
+                (self.suggestions_wanted, self.suggestions_due) = (true, true);
             }
             Command::Preview(stroke) => self.asked = Some(stroke),
             Command::CheckStrokes => (self.checks_wanted, self.checks_due) = (true, true),

@@ -127,7 +127,6 @@ fn click_latency(
     // Training goes on whatever the labels need: a click has to be fast all the same.
     let options = &SessionOptions {
         views: true,
-        suggestions: true,
         ..options.clone()
     };
     let mut run = Client::start(options.clone());
@@ -140,6 +139,7 @@ fn click_latency(
             "there are too few frames to click on another one each time; measure on a longer capture";
         return Err(unusable_scene(&scene, too_few));
     }
+    run.send(Command::Suggest { only: None });
     wait_for_surface(&mut run)?;
     let rounds = objects.div_ceil(annotator.classes().len().max(1));
     let mut named = annotator.clicks(Policy::Random, rounds, !options.seed);

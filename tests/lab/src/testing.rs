@@ -36,7 +36,6 @@ pub fn options(source: SceneSource) -> SessionOptions {
         seed: 4,
         views: false,
         first_look: false,
-        suggestions: false,
         features: None,
         state: None,
     }

@@ -117,7 +117,6 @@ impl Reader {
         let is_final = true;
         let options = SessionOptions {
             first_look: false,
-            suggestions: false,
             state: contents.model.clone().map(|model| Saved { model, is_final }),
             ..self.session.clone()
         };
@@ -341,7 +340,6 @@ mod tests {
                 seed: 1,
                 views: false,
                 first_look: false,
-                suggestions: false,
                 features: None,
                 state: None,
             },

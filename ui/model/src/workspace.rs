@@ -130,7 +130,11 @@ impl Workspace {
             scene,
             serial,
             session,
-            outbox: vec![Command::CheckStrokes, Command::View { frame: 0 }],
+            outbox: vec![
+                Command::Suggest { only: None },
+                Command::CheckStrokes,
+                Command::View { frame: 0 },
+            ],
             class: document.classes().first().map(|class| class.id),
             document,
             class_view: ClassView::default(),

@@ -57,7 +57,7 @@ impl Worker<'_> {
         }
         self.seconds.render += start.elapsed().as_secs_f64();
         if self.stale.is_empty() {
-            self.suggestions_due = self.options.suggestions;
+            self.suggestions_due = true;
             let generation = self.generation;
             self.outbox.send(Event::AllMaps { generation });
         }
@@ -93,7 +93,8 @@ impl Worker<'_> {
 
     /// Has places suggested once all maps follow the labels, and reports them.
     pub(super) fn suggest(&mut self) {
-        if let Some(propagation) = self.propagation.as_ref().filter(|_| self.suggestions_due) {
+        let is_due = self.suggestions_wanted && self.suggestions_due;
+        if let Some(propagation) = self.propagation.as_ref().filter(|_| is_due) {
             self.suggestions_due = false;
             let (scene, propagation) = (Arc::clone(&self.scene), propagation.clone());
             let only = self.suggest_on.clone();

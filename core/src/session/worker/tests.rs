@@ -173,8 +173,8 @@ fn of_labels_that_wait_the_newest_alone_are_followed() {
 
 #[test]
 fn training_waits_for_suggestions_where_they_are_wanted() {
-    let (scene, outbox, wanted) = (Arc::new(half_measured()), outbox(), options());
-    let mut worker = with_surface(&scene, &wanted, &outbox);
+    let (scene, outbox, options) = (Arc::new(half_measured()), outbox(), options());
+    let mut worker = with_surface(&scene, &options, &outbox);
     advance_until(&mut worker, |worker| worker.stale.is_empty());
     let (end, waiting) = crossbeam_channel::bounded::<()>(0);
     worker.suggesting = Some(Background::start("inplace-test", 1, 0, move |_| {
@@ -188,15 +188,10 @@ fn training_waits_for_suggestions_where_they_are_wanted() {
     assert_eq!(worker.trainer.steps(), steps);
     drop(end);
     advance_until(&mut worker, |worker| worker.trainer.steps() > steps);
-    let unwanted = SessionOptions {
-        suggestions: false,
-        ..wanted
-    };
-    let mut worker = with_surface(&scene, &unwanted, &outbox);
-    advance_until(&mut worker, |worker| {
-        assert!(worker.suggesting.is_none());
-        worker.trainer.steps() > 0
-    });
+    assert!(worker.suggesting.is_none(), "nobody has asked for places");
+    worker.handle(Command::Suggest { only: None }).unwrap();
+    worker.advance().unwrap();
+    assert!(worker.suggesting.is_some());
 }
 
 #[test]

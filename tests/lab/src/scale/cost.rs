@@ -109,13 +109,13 @@ fn session_cost(options: SessionOptions, seconds: f64, strokes: &Path) -> Result
     // The cost of training is measured whatever the labels need.
     let mut run = Client::start(SessionOptions {
         views: true,
-        suggestions: true,
         ..options
     });
     let scene = run.opened()?;
     let opening_s = start.elapsed().as_secs_f64();
     let peak_opening_bytes = peak_memory();
     let open = Instant::now();
+    run.send(Command::Suggest { only: None });
     wait_for_surface(&mut run)?;
     let surface_s = open.elapsed().as_secs_f64();
 

@@ -164,11 +164,7 @@ struct Open {
 
 impl Open {
     fn new(options: SessionOptions) -> Result<Self, Failure> {
-        let suggestions = true;
-        let mut run = Client::start(SessionOptions {
-            suggestions,
-            ..options
-        });
+        let mut run = Client::start(options);
         Ok(Self {
             scene: run.opened()?,
             run,
@@ -198,7 +194,7 @@ impl Open {
             Policy::Own => (0..self.scene.frames.len()).collect(),
             _ => truth.train.iter().copied().collect(),
         };
-        self.run.send(Command::SuggestOn { frames });
+        self.run.send(Command::Suggest { only: Some(frames) });
         let batches = run.batches();
         let most = batches.last().copied().unwrap_or(0);
         let planned = annotator.clicks(policy, most, seed);

@@ -127,7 +127,6 @@ impl Model {
             seed: self.start.seed,
             views: false,
             first_look: true,
-            suggestions: true,
             features: features.cloned(),
             state,
         }
