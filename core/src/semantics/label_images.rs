@@ -200,7 +200,7 @@ impl LabelImages<'_> {
 
     /// Which pixels are at most so many steps along rows and columns away from a border between classes.
     fn near_borders(&self, camera: &Camera, nodes: &[u32], reach: u8) -> Vec<bool> {
-        let depths = depths(camera, nodes, &|node| self.class(node), reach + 1);
+        let (depths, _) = depths(camera, nodes, &|node| self.class(node), reach + 1);
         depths.into_iter().map(|depth| depth <= reach).collect()
     }
 

@@ -193,7 +193,7 @@ fn vote(
     class: impl Fn(u32) -> ClassId + Sync,
     is_sure: impl Fn(u32) -> bool,
 ) {
-    let depths = depths(camera, nodes, &class, MOST_OFF + 1);
+    let (depths, _) = depths(camera, nodes, &class, MOST_OFF + 1);
     let mut classes: Vec<ClassId> = nodes.iter().map(|&node| class(node)).collect();
     let own = classes.clone();
     classes.sort_unstable();
@@ -241,7 +241,7 @@ fn flood(
     is_sure: impl Fn(u32) -> bool + Sync,
     reach: u8,
 ) {
-    let depths = depths(camera, nodes, &class, (f32::from(reach) / DEEP).ceil() as u8);
+    let (depths, near) = depths(camera, nodes, &class, (f32::from(reach) / DEEP).ceil() as u8);
     let (width, height) = (camera.width as usize, camera.height as usize);
     let is_shallow = |at: usize| {
         let around = |at: usize, count: usize| window(at, count, usize::from(reach));
@@ -255,8 +255,10 @@ fn flood(
         })
     };
     let is_open =
-        |at: usize| depths[at] < reach && nodes[at] != NO_NODE && is_shallow(at) && !is_sure(nodes[at]);
-    let mut open: Vec<bool> = (0..nodes.len()).into_par_iter().map(is_open).collect();
+        |&at: &usize| depths[at] < reach && nodes[at] != NO_NODE && is_shallow(at) && !is_sure(nodes[at]);
+    let all_open: Vec<usize> = near.into_par_iter().filter(is_open).collect();
+    let mut open = vec![false; nodes.len()];
+    all_open.iter().for_each(|&at| open[at] = true);
     // In 8-bit steps of colour.
     let gradient = |at: usize| {
         let (column, row) = (at % width, at / width);
@@ -268,9 +270,10 @@ fn flood(
     // The smallest gradient first, of equal ones the first that came.
     let level = |at: usize| (gradient(at) * LEVELS_PER_STEP) as usize;
     let mut queues = vec![VecDeque::new(); (HIGHEST_GRADIENT * LEVELS_PER_STEP) as usize + 1];
-    let is_seed =
-        |&at: &usize| !open[at] && nodes[at] != NO_NODE && camera.beside(at).any(|other| open[other]);
-    let seeds: Vec<usize> = (0..nodes.len()).into_par_iter().filter(is_seed).collect();
+    let mut seeds: Vec<usize> = all_open.into_iter().flat_map(|at| camera.beside(at)).collect();
+    seeds.retain(|&at| !open[at] && nodes[at] != NO_NODE);
+    seeds.sort_unstable();
+    seeds.dedup();
     for at in seeds {
         queues[level(at)].push_back(at);
     }
@@ -291,32 +294,50 @@ fn flood(
     }
 }
 
-/// How many steps along rows and columns every pixel is away from the nearest pixel beside another class, at most `most`.
-pub(super) fn depths(
+/// How many steps along rows and columns every pixel is away from the nearest pixel beside another class, at most `most`;
+/// and the pixels that are less away than that.
+pub(super) fn depths<'a>(
     camera: &Camera,
-    nodes: &[u32],
+    nodes: &'a [u32],
     class: &(impl Fn(u32) -> ClassId + Sync),
     most: u8,
-) -> Vec<u8> {
-    let differs = |a: u32, b: u32| a != b && a != NO_NODE && b != NO_NODE && class(a) != class(b);
-    let at_border = |&at: &usize| camera.beside(at).any(|other| differs(nodes[at], nodes[other]));
-    // The pixels of one depth after the other.
-    let mut last: Vec<usize> = (0..nodes.len()).into_par_iter().filter(at_border).collect();
+) -> (Vec<u8>, Vec<usize>) {
+    let differs = &|a: u32, b: u32| a != b && a != NO_NODE && b != NO_NODE && class(a) != class(b);
+    let width = camera.width as usize;
+    let starts = (0..nodes.len()).into_par_iter().step_by(width.max(1));
+    let at_borders = starts.flat_map_iter(|start| {
+        let (row, below) = nodes[start..].split_at(width);
+        let with = |others: &'a [u32], gap: usize| {
+            let pairs = row.iter().zip(others).zip(start..);
+            pairs
+                .filter(|((a, b), _)| differs(**a, **b))
+                .map(move |(_, at)| [at, at + gap])
+        };
+        with(&row[1..], 1).chain(with(below, width))
+    });
+    let at_borders: Vec<[usize; 2]> = at_borders.collect();
     let mut depths = vec![most; nodes.len()];
-    for &at in &last {
-        depths[at] = 0;
+    let mut near = Vec::new();
+    let mut reach = |depth: u8, at: usize, near: &mut Vec<usize>| {
+        if depth < depths[at] {
+            depths[at] = depth;
+            near.push(at);
+        }
+    };
+    for at in at_borders.into_iter().flatten() {
+        reach(0, at, &mut near);
     }
+    // The pixels of one depth after the other.
+    let mut last = 0;
     for depth in 1..most {
-        let mut next = Vec::new();
-        for other in last.iter().flat_map(|&at| camera.beside(at)) {
-            if depth < depths[other] {
-                depths[other] = depth;
-                next.push(other);
+        let end = near.len();
+        for index in std::mem::replace(&mut last, end)..end {
+            for other in camera.beside(near[index]) {
+                reach(depth, other, &mut near);
             }
         }
-        last = next;
     }
-    depths
+    (depths, near)
 }
 
 #[cfg(test)]
@@ -483,5 +504,40 @@ mod tests {
         for (node, shown) in nodes.iter().zip(&shown) {
             assert_eq!(*node == NO_NODE, *shown == NO_NODE);
         }
+    }
+
+    #[test]
+    fn depths_count_the_steps_to_the_nearest_pixel_beside_another_class() {
+        let [width, height] = [31, 23];
+        let camera = &wall(1, width, height).frames[0].camera;
+        // Two nodes of one class, one of another, and pixels without a node between them.
+        let of_pixel = |pixel: u32| match [pixel % width, pixel / width] {
+            [9..15, 4..9] | [30, 22] => 2,
+            [15..18, _] => NO_NODE,
+            [x, _] => u32::from(x > 20),
+        };
+        let nodes: Vec<u32> = (0..width * height).map(of_pixel).collect();
+        let class = |node: u32| [4, 4, 5][node as usize];
+        let differs = |&a: &u32, &b: &u32| a != NO_NODE && b != NO_NODE && class(a) != class(b);
+        let is_border = |at: &usize| {
+            camera
+                .beside(*at)
+                .any(|other| differs(&nodes[*at], &nodes[other]))
+        };
+        let borders: Vec<usize> = (0..nodes.len()).filter(is_border).collect();
+        let steps = |at: usize, other: usize| {
+            let width = width as usize;
+            (at % width).abs_diff(other % width) + (at / width).abs_diff(other / width)
+        };
+        let (depths, mut near) = depths(camera, &nodes, &class, 4);
+        let expected = (0..nodes.len()).map(|at| borders.iter().map(|&other| steps(at, other)).min());
+        assert!(
+            depths
+                .iter()
+                .map(|&depth| usize::from(depth))
+                .eq(expected.map(|steps| steps.unwrap().min(4)))
+        );
+        near.sort_unstable();
+        assert!(near.into_iter().eq((0..nodes.len()).filter(|&at| depths[at] < 4)));
     }
 }

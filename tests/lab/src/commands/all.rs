@@ -28,7 +28,7 @@ const FOLDER: &str = "benchmarks";
 /// out, and a folder that ends with NAME is one for each.
 const STEPS: &str = "\
 From a few clicks: NAME | clicks-NAME | simulate TRUTH --policy guided,random --clicks 1,2,3,5,10 --seeds 3 --geometry 10 --settle 0 | simulate TRUTH --policy guided,random --clicks 1,3,5 --seeds 1 --geometry 5 --settle 0
-From a few clicks, without depth | no-depth-clicks | simulate ROOM --no-depth --policy guided,random --clicks 1,5,10 --seeds 1 --geometry 60 --settle 0 | left out
+From a few clicks, without depth | no-depth-clicks | simulate ROOM --no-depth --policy guided,random --clicks 1,5,10 --seeds 3 --geometry 60 --settle 0 | left out
 Other methods on the same clicks: NAME | beside-NAME | simulate TRUTH --policy random --clicks 5 --seeds 1 --geometry 10 --settle 0 --baselines | simulate TRUTH --policy random --clicks 5 --seeds 1 --geometry 5 --settle 0 --baselines
 A real capture's own clicks: NAME | own-NAME | simulate OWN --policy own --clicks 1,3 --seeds 1 --geometry 20 --settle 0 --baselines | simulate OWN --policy own --clicks 1,3 --seeds 1 --geometry 10 --settle 0
 Objects: NAME | objects-NAME | simulate OBJECTS --objects --policy guided,random --clicks 1,2,3 --seeds 1 --geometry 10 | simulate OBJECTS --objects --policy guided --clicks 1 --seeds 1 --geometry 5
