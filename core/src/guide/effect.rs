@@ -102,7 +102,8 @@ impl<'a> EffectSearch<'a> {
                 Some((look, kind)) => stretched(distance, look.stretch(node, place, kind)),
                 None => distance,
             };
-            if open(node) {
+            // Four of five that are visited have a label that counts as nearer.
+            if counting < to_label(node) && open(node) {
                 self.add_gains(node, counting, &mut outcomes);
                 if counting <= SETTLED * to_label(node) {
                     effect.settled.push(node);
