@@ -102,7 +102,7 @@ impl<'a> EffectSearch<'a> {
                 Some((look, kind)) => stretched(distance, look.stretch(node, place, kind)),
                 None => distance,
             };
-            // Four of five that are visited have a label that counts as nearer.
+            // Where a label counts as nearer, one here leaves the class as it is.
             if counting < to_label(node) && open(node) {
                 self.add_gains(node, counting, &mut outcomes);
                 if counting <= SETTLED * to_label(node) {
