@@ -35,7 +35,7 @@ pub use palette::{ClassPalette, PALETTES, parse_class_list};
 pub use png::decode_gray;
 pub use polygon::polygon_runs;
 pub use raster::{erase, pixels_of, rasterise, runs_of};
-pub use runs::Run;
+pub use runs::{Run, runs_of_equal};
 pub use stroke::{Pixel, Stroke, StrokeId, StrokeKind};
 
 /// Everything the person said about a scene. Cloning is cheap: strokes and images are shared.

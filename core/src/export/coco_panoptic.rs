@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::Refusal;
 use super::coco::{self, Dataset, IMAGES, Image};
-use super::components::{box_around, label_runs};
+use super::components::box_around;
 use super::layout::{About, Labelled, Layout, OutputFile, dense_json_file};
 use super::original::original;
-use crate::labels::{ClassId, Run, png};
+use crate::labels::{ClassId, Run, png, runs_of_equal};
 
 const SEGMENTS: &str = "panoptic";
 /// Above all class ids.
@@ -47,7 +47,7 @@ impl Layout for CocoPanoptic {
         let [width, height] = frame.size;
         let (listed, places) = frame.segments()?;
         let mut runs: Vec<Vec<Run>> = vec![Vec::new(); listed.len() + 1];
-        for (place, run) in label_runs(&places, width) {
+        for (place, run) in runs_of_equal(&places, width) {
             runs[usize::from(place)].push(run);
         }
         let mut numbers = vec![0_u32];

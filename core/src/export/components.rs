@@ -1,6 +1,6 @@
 //! Connected regions of label maps.
 
-use crate::labels::Run;
+use crate::labels::{Run, runs_of_equal};
 use crate::semantics::DisjointSets;
 
 /// Which pixels touch each other.
@@ -39,25 +39,10 @@ pub(super) fn box_around(runs: &[Run]) -> [u32; 4] {
     [x, top.row, last - x + 1, bottom.row - top.row + 1]
 }
 
-/// The rows of a label map, row-major `[height, width]`, as runs of equal labels from the top left on.
-pub(super) fn label_runs(labels: &[u16], width: u32) -> Vec<(u16, Run)> {
-    let mut runs = Vec::new();
-    for (row, labels) in (0..).zip(labels.chunks_exact(width.max(1) as usize)) {
-        let mut first = 0;
-        for same in labels.chunk_by(|a, b| a == b) {
-            let next = first + same.len() as u32;
-            let last = next - 1;
-            runs.push((same[0], Run { row, first, last }));
-            first = next;
-        }
-    }
-    runs
-}
-
 /// The connected components of all labels of a map, row-major `[height, width]`, void included, in the order in
 /// which their first pixels come, row by row.
 pub(super) fn components(labels: &[u16], width: u32, neighbours: Neighbours) -> Vec<Component> {
-    let runs = label_runs(labels, width);
+    let runs = runs_of_equal(labels, width);
     let reach = match neighbours {
         Neighbours::Sides => 0,
         Neighbours::SidesAndCorners => 1,

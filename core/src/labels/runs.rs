@@ -37,6 +37,21 @@ impl Run {
     }
 }
 
+/// The rows of an image of this width, row-major `[height, width]`, as runs of equal values from the top left on.
+pub fn runs_of_equal<T: Copy + PartialEq>(values: &[T], width: u32) -> Vec<(T, Run)> {
+    let mut runs = Vec::new();
+    for (row, values) in (0..).zip(values.chunks_exact(width.max(1) as usize)) {
+        let mut first = 0;
+        for same in values.chunk_by(|a, b| a == b) {
+            let next = first + same.len() as u32;
+            let last = next - 1;
+            runs.push((same[0], Run { row, first, last }));
+            first = next;
+        }
+    }
+    runs
+}
+
 /// Runs being collected, in any order; they may overlap.
 pub(super) struct Coverage {
     top: u32,

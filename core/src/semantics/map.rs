@@ -142,31 +142,43 @@ impl FrameMap {
         };
         let nodes = shown.nodes(self.frame);
         let labels = shown.labels(self.frame, &nodes);
-        let pixels = MapPixels::Listed {
-            objects: objects.map(|objects| shown.objects(self.frame, (&nodes, &labels), objects)),
-            labels,
-            entropy: shown.entropy(self.frame, &nodes),
-            likelihood: Some(Likelihood {
-                confidence: shown.confidence(self.frame, &nodes),
-                runners_up: shown.runners_up(self.frame, &nodes),
-            }),
-            source: Some(shown.clone()),
-        };
-        Cow::Owned(Self { pixels, ..*self })
+        let objects = objects.map(|objects| shown.objects(self.frame, (&nodes, &labels), objects));
+        let at = (self.frame, self.generation);
+        Cow::Owned(Self::listed(at, shown.clone(), (&nodes, labels), objects))
     }
 
-    /// The same map for small pictures: borders between classes stay where the surface has them, as moving them to the edges
-    /// of the image takes longer than all the rest. `None` for a map that is looked up, which is as it is.
-    pub fn rough(&self) -> Option<Self> {
+    /// A map of a frame that is looked up: the node that every pixel takes its class from, and its label and object.
+    pub(super) fn listed(
+        (frame, generation): (usize, u64),
+        shown: OnSurface,
+        (nodes, labels): (&[u32], Vec<ClassId>),
+        objects: Option<Vec<u16>>,
+    ) -> Self {
+        let pixels = MapPixels::Listed {
+            labels,
+            entropy: shown.entropy(frame, nodes),
+            likelihood: Some(Likelihood {
+                confidence: shown.confidence(frame, nodes),
+                runners_up: shown.runners_up(frame, nodes),
+            }),
+            objects,
+            source: Some(shown.clone()),
+        };
+        Self {
+            pixels,
+            ..Self::on_surface((frame, generation), shown)
+        }
+    }
+
+    /// Every `stride`th pixel along rows and columns, for small pictures: borders between classes stay where the surface has
+    /// them, as moving them to the edges of the image takes longer than all the rest. `None` for a map that is looked up.
+    pub fn rough(&self, stride: u32) -> Option<Self> {
         let MapPixels::OnSurface(shown) = &self.pixels else {
             return None;
         };
-        let shown = OnSurface {
-            is_rough: true,
-            ..shown.clone()
-        };
-        let pixels = MapPixels::OnSurface(shown);
-        Some(Self { pixels, ..*self })
+        let (labels, entropy) = shown.rough(self.frame, stride);
+        let size = [self.width, self.height].map(|side| side.div_ceil(stride));
+        Self::new(self.frame, self.generation, size, labels, entropy)
     }
 
     /// Whether the pixels are looked up, so that reading them costs nothing.
@@ -357,7 +369,6 @@ mod tests {
             import: None,
             whole: None,
             painted,
-            is_rough: false,
         };
         FrameMap::on_surface((0, 9), shown)
     }
@@ -381,11 +392,15 @@ mod tests {
         let mut shown = [0; 81];
         shown[40] = 1;
         let map = map_of(scene, &shown, two_classes(), 999, Vec::new());
-        let rough = map.rough().unwrap();
+        let rough = map.rough(1).unwrap();
         assert!(map.labels().iter().all(|&label| label == 5));
         let of_node = |&node: &u32| [5, 7][node as usize];
         assert_eq!(*rough.labels(), shown.iter().map(of_node).collect::<Vec<_>>());
-        assert!(map.looked_up().rough().is_none());
+        let third = map.rough(3).unwrap();
+        assert_eq!([third.width, third.height], [3, 3]);
+        assert_eq!(third.labels()[..], [5, 5, 5, 5, 7, 5, 5, 5, 5]);
+        assert_eq!(third.entropy()[..2], [100; 2]);
+        assert!(map.looked_up().rough(1).is_none());
     }
 
     #[test]
@@ -405,6 +420,7 @@ mod tests {
         let labels = vec![5, 7, 5, VOID, 7, VOID];
         let listed = FrameMap::new(0, 9, [3, 2], labels, vec![100, 0, 100, 0, 200, 999]).unwrap();
         assert_eq!(map, listed);
+        assert_eq!(map.rough(1).unwrap(), listed);
         assert_eq!(listed.confidence(), None);
         let confidence = [60_000, CERTAIN, 60_000, CERTAIN, 50_000, 0];
         assert_eq!(map.confidence().as_deref(), Some(&confidence[..]));

@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::borders::nodes_at_borders;
 use super::label_images::LabelImages;
@@ -26,8 +27,6 @@ pub(super) struct OnSurface {
     pub(super) whole: Option<Arc<OnceLock<Arc<Posterior>>>>,
     /// Painted pixels and their labels, which they have for certain.
     pub(super) painted: Vec<(u32, Label)>,
-    /// Whether borders stay where the surface has them.
-    pub(super) is_rough: bool,
 }
 
 impl OnSurface {
@@ -43,9 +42,6 @@ impl OnSurface {
     /// The node that every pixel of a frame takes its class from.
     pub(super) fn nodes(&self, frame: usize) -> Vec<u32> {
         let shown = self.surface.nodes_of(frame).unpack();
-        if self.is_rough {
-            return shown;
-        }
         let (number, frame) = (frame, &self.scene.frames[frame]);
         let images = self.import.as_deref().map(|import| LabelImages {
             scene: &self.scene,
@@ -85,6 +81,34 @@ impl OnSurface {
     /// Labelled pixels have no second class.
     pub(super) fn runners_up(&self, frame: usize, nodes: &[u32]) -> Vec<ClassId> {
         self.read(frame, nodes, (&self.posterior.runners_up, VOID), |_| VOID)
+    }
+
+    /// The class and the entropy of every `stride`th pixel along rows and columns, with borders where the surface has them.
+    pub(super) fn rough(&self, frame: usize, stride: u32) -> (Vec<ClassId>, Vec<u16>) {
+        let own = &self.scene.frames[frame];
+        let (camera, hidden) = (&own.camera, own.hidden_pixels());
+        let nodes = self.surface.nodes_of(frame);
+        let painted: FxHashMap<u32, Label> = self.painted.iter().copied().collect();
+        let image = self.trusted(frame, camera.pixels()).map(ImportedMap::labels);
+        let said = |pixel: usize| {
+            let of_image = || {
+                image
+                    .as_ref()
+                    .map(|image| image[pixel])
+                    .filter(|&class| class != VOID)
+            };
+            let is_hidden = hidden.binary_search(&pixel).is_ok();
+            let painted = painted.get(&(pixel as u32)).map(|label| label.class);
+            is_hidden.then_some(VOID).or(painted).or_else(of_image)
+        };
+        let of_node = |pixel: usize| {
+            let node = nodes.node(pixel).map(|node| node as usize);
+            let known = node.map(|node| (self.posterior.labels[node], self.posterior.entropy[node]));
+            known.unwrap_or((VOID, self.unknown))
+        };
+        let pixels = (0..camera.reduced(stride).pixels()).map(|at| camera.middle_of_reduced(stride, at));
+        let value = |pixel| said(pixel).map_or_else(|| of_node(pixel), |class| (class, 0));
+        pixels.map(value).unzip()
     }
 
     /// The number of every pixel's object, 0 where it has none: that of its node, if that has the pixel's class, or that

@@ -320,7 +320,6 @@ impl LabelPropagation {
             import: self.import.clone(),
             whole: None,
             painted: painted.map(|(&pixel, &said)| (pixel, self.label(said))).collect(),
-            is_rough: false,
         }
     }
 

@@ -11,6 +11,7 @@ use inplace_model::workspace::source::FrameSource;
 
 use super::content::{Content, ShownMap};
 use super::plane::{Over, Reading};
+use super::view::Placement;
 
 /// How much of the colour of a class border is the outline's.
 const OUTLINE_STRENGTH: f32 = 0.55;
@@ -48,9 +49,9 @@ pub fn pictures<const LOOKS: usize>(
 ) -> Option<[egui::ColorImage; LOOKS]> {
     let color = source.scene.frames.get(source.frame)?.pixels().ok()?.color;
     // What moves borders by some pixels would hardly show there.
-    let is_small = 2.0 * size[0] as f32 <= part.width();
+    let stride = (part.width() / size[0] as f32) as u32;
     let map = source.map.as_ref().map(|map| {
-        let rough = is_small.then(|| map.rough()).flatten();
+        let rough = (stride > 1).then(|| map.rough(stride)).flatten();
         rough.map_or_else(|| Arc::clone(map), Arc::new)
     });
     let map = map.map(Versioned::new).map(ShownMap::new);
@@ -71,13 +72,14 @@ pub fn fitted(part: Rect, largest: [f32; 2]) -> [usize; 2] {
     <[f32; 2]>::from(scale * part.size()).map(|side| (side.round() as usize).max(1))
 }
 
-/// A part of the colour image, in its pixels, with what lies over it, at `width` x `height`, nearest-neighbour.
+/// A part of the colour image, in its pixels, with what lies over it, at `width` x `height`. Where that is fewer pixels, each
+/// is the mean of four of the image, as by the shader; of what lies over it, it is the nearest.
 pub fn composite(
     color: &scene::ColorImage,
     over: Option<&Over>,
     palette: &Palette,
     look: Look,
-    (part, [width, height]): (Rect, [usize; 2]),
+    (part, [width, height]): Cut,
 ) -> egui::ColorImage {
     let values = over.map(|over| over.texels.values());
     let plane = over.zip(values.as_deref()).map(|(over, values)| Plane {
@@ -86,23 +88,50 @@ pub fn composite(
         values,
     });
     let image = [color.width(), color.height()].map(|side| side as usize);
-    // Where the pixels of the picture are in the image, 0..=1.
-    let shares = |[first, extent]: [f32; 2], count: usize, all: usize| {
-        (0..count).map(move |at| (first + (at as f32 + 0.5) / count as f32 * extent) / all as f32)
-    };
-    let nearest = |share: f32, length: usize| ((share * length as f32) as usize).min(length - 1);
+    let plane_size = plane.as_ref().map_or([1; 2], |plane| plane.size);
+    // Along one side, for each pixel of the picture and one more: two pixels of the image, and that of the plane.
+    let below =
+        |[first, extent]: [f32; 2], count: usize, [image, plane]: [usize; 2]| -> Vec<([usize; 2], usize)> {
+            let step = extent / count as f32;
+            let apart = if step > 1.0 { 0.25 } else { 0.0 };
+            let nearest = |at: f32, length: usize| {
+                let place = (first + at * step) / image as f32 * length as f32;
+                (place as usize).min(length - 1)
+            };
+            let middles = (0..=count).map(|at| at as f32 + 0.5);
+            let own = middles.map(|at| {
+                (
+                    [at - apart, at + apart].map(|at| nearest(at, image)),
+                    nearest(at, plane),
+                )
+            });
+            own.collect()
+        };
+    let columns = below([part.left(), part.width()], width, [image[0], plane_size[0]]);
+    let rows = below([part.top(), part.height()], height, [image[1], plane_size[1]]);
     let mut pixels = Vec::with_capacity(width * height);
-    for y in shares([part.top(), part.height()], height, image[1]) {
-        for x in shares([part.left(), part.width()], width, image[0]) {
-            let mut rgb = color.pixel(nearest(y, image[1]) * image[0] + nearest(x, image[0]));
+    for row in rows.windows(2) {
+        for column in columns.windows(2) {
+            let mut rgb = mean_of(color, column[0].0, row[0].0);
             if let Some(plane) = &plane {
-                let [column, row] = [nearest(x, plane.size[0]), nearest(y, plane.size[1])];
-                rgb = plane.over(rgb, palette, look, column, row);
+                let place = [column, row].map(|beside| [beside[0].1, beside[1].1]);
+                rgb = plane.over(rgb, palette, look, place);
             }
             pixels.push(Color32::from_rgb(rgb[0], rgb[1], rgb[2]));
         }
     }
     egui::ColorImage::new([width, height], pixels)
+}
+
+/// The mean of the pixels where these columns and rows meet.
+fn mean_of(color: &scene::ColorImage, columns: [usize; 2], rows: [usize; 2]) -> [u8; 3] {
+    let width = color.width() as usize;
+    let [a, b, c, d] = [0, 1, 2, 3].map(|k| color.pixel(rows[k / 2] * width + columns[k % 2]));
+    let mean = |channel: usize| {
+        let sum: u16 = [a, b, c, d].map(|rgb| u16::from(rgb[channel])).iter().sum();
+        ((sum + 2) / 4) as u8
+    };
+    [mean(0), mean(1), mean(2)]
 }
 
 /// What lies over an image, with its numbers at hand.
@@ -113,15 +142,17 @@ struct Plane<'a> {
 }
 
 impl Plane<'_> {
-    fn over(&self, image: [u8; 3], palette: &Palette, look: Look, column: usize, row: usize) -> [u8; 3] {
-        let index = row * self.size[0] + column;
-        let value = self.values[index];
+    /// A colour of the image with what lies over it at the first of these columns and rows; the others are those of the
+    /// next pixel of the picture.
+    fn over(&self, image: [u8; 3], palette: &Palette, look: Look, place: [[usize; 2]; 2]) -> [u8; 3] {
+        let [[column, right], [row, below]] = place;
+        let value = self.at(column, row);
         let strength = strength(&look);
         let base = if self.over.greyed { dimmed(image) } else { image };
         match self.over.reading {
             Reading::Classes => {
                 let filled = mix(base, palette.class(value), strength);
-                if self.is_border(index, column, row) {
+                if self.at(right, row) != value || self.at(column, below) != value {
                     mix(filled, [255; 4], outline(&look))
                 } else {
                     filled
@@ -139,12 +170,8 @@ impl Plane<'_> {
         }
     }
 
-    /// Whether the pixel to the right or the one below is of another class.
-    fn is_border(&self, index: usize, column: usize, row: usize) -> bool {
-        let [width, height] = self.size;
-        let class = self.values[index];
-        (column + 1 < width && self.values[index + 1] != class)
-            || (row + 1 < height && self.values[index + width] != class)
+    fn at(&self, column: usize, row: usize) -> u16 {
+        self.values[row * self.size[0] + column]
     }
 }
 
@@ -164,16 +191,59 @@ pub fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
     [channel(0), channel(1), channel(2)]
 }
 
-/// An image with what lies over it, on the screen; with fewer pixels where it has more than a texture may have.
+/// The part of an image that a picture shows, in pixels of the image, and the size of the picture.
+pub(super) type Cut = (Rect, [usize; 2]);
+
+/// What a picture on the screen shows of an image of this size: it has no more pixels than the screen, nor than the image.
+/// `None` where nothing is to be seen.
+pub(super) fn visible(
+    placement: Placement,
+    image: [u32; 2],
+    clip: Rect,
+    pixels_per_point: f32,
+) -> Option<Cut> {
+    let shown = placement.rect().intersect(clip);
+    if !shown.is_positive() {
+        return None;
+    }
+    let all = whole(image);
+    let placement = Placement {
+        zoom: placement.zoom * placement.size.x / all.width(),
+        size: all.size(),
+        ..placement
+    };
+    let outwards = |rect: Rect| Rect::from_min_max(rect.min.floor(), rect.max.ceil());
+    let to_image =
+        |rect: Rect| Rect::from_min_max(placement.to_image(rect.min), placement.to_image(rect.max));
+    let (part, size) = if placement.zoom * pixels_per_point < 1.0 {
+        // Pixel for pixel of the screen.
+        let on_screen = outwards(shown * pixels_per_point);
+        (to_image(on_screen / pixels_per_point), on_screen.size())
+    } else {
+        let part = outwards(to_image(shown)).intersect(all);
+        (part, part.size())
+    };
+    Some((
+        part,
+        <[f32; 2]>::from(size).map(|side| (side.round() as usize).max(1)),
+    ))
+}
+
+/// A part of an image of this size, from 0 to 1 along each side.
+pub(super) fn share(part: Rect, image: [u32; 2]) -> Rect {
+    let size = whole(image).size();
+    let [min, max] = [part.min, part.max].map(|corner| (corner.to_vec2() / size).to_pos2());
+    Rect::from_min_max(min, max)
+}
+
+/// A picture for the screen.
 pub(super) fn texture(
     ctx: &egui::Context,
     image: &scene::ColorImage,
     content: &Content,
     look: Look,
+    cut: Cut,
 ) -> egui::TextureHandle {
-    let most = ctx.input(|input| input.max_texture_side);
-    let all = [image.width(), image.height()];
-    let cut = (whole(all), all.map(|side| most.min(side as usize)));
     let composed = composite(image, content.over.as_ref(), &content.palette, look, cut);
     let options = egui::TextureOptions {
         magnification: egui::TextureFilter::Nearest,
@@ -185,6 +255,8 @@ pub(super) fn texture(
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
+
+    use egui::{pos2, vec2};
 
     use super::super::plane::DepthPlane;
     use inplace_model::palette::{Agreement, Table};
@@ -245,6 +317,46 @@ mod tests {
     }
 
     #[test]
+    fn a_picture_has_no_more_pixels_than_the_screen_nor_than_the_image() {
+        let clip = Rect::from_min_max(pos2(0.0, 0.0), pos2(60.0, 300.0));
+        let cut = |zoom, origin, pixels_per_point| {
+            let placement = Placement {
+                origin: pos2(origin, 10.0),
+                zoom,
+                size: vec2(400.0, 200.0),
+            };
+            visible(placement, [400, 200], clip, pixels_per_point)
+        };
+        let part = |width, height| Rect::from_min_size(Pos2::ZERO, vec2(width, height));
+        assert_eq!(cut(0.25, 10.0, 1.0), Some((part(200.0, 200.0), [50, 50])));
+        assert_eq!(cut(0.25, 10.0, 2.0), Some((part(200.0, 200.0), [100, 100])));
+        // Whole pixels of the image, of which the last are cut.
+        assert_eq!(cut(4.0, 10.0, 1.0), Some((part(13.0, 73.0), [13, 73])));
+        assert_eq!(cut(0.25, 60.0, 1.0), None);
+    }
+
+    #[test]
+    fn a_small_picture_has_means_of_colours_and_all_borders() {
+        let grey = |column: u8| [10 * (column % 4); 3];
+        let color = scene::ColorImage::new(8, 1, (0..8).flat_map(grey).collect()).unwrap();
+        let palette = Palette::new(&[Class::new(1, "wall"), Class::new(2, "floor")]);
+        let map = FrameMap::new(0, 1, [8, 1], [[1; 4], [2; 4]].concat(), vec![0; 8]).unwrap();
+        let map = ShownMap::new(Versioned::new(Arc::new(map)));
+        let over = map.over(Layer::Labels, &palette);
+        let small = |opacity, outlines| {
+            let look = Look {
+                outlines,
+                ..look(Layer::Labels, opacity)
+            };
+            composite(&color, over.as_ref(), &palette, look, (whole([8, 1]), [2, 1])).pixels
+        };
+        // Of the columns 1 and 3.
+        assert_eq!(small(0.0, false), [Color32::from_gray(20); 2]);
+        let (plain, outlined) = (small(0.5, false), small(0.5, true));
+        assert!(plain[0] != outlined[0] && plain[1] == outlined[1]);
+    }
+
+    #[test]
     fn depth_shows_its_colours_and_hatches_holes() {
         let plane = DepthPlane {
             size: [5, 1],
@@ -286,14 +398,14 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_of_a_part_takes_the_nearest_pixels() {
+    fn a_picture_shows_the_pixels_of_a_part_or_their_mean() {
         let (color, _) = frame();
         let cut = |part| {
             let look = look(Layer::Color, 0.0);
             composite(&color, None, &Palette::new(&[]), look, (part, [1, 1])).pixels
         };
-        let [left, right] = [[10, 20, 30], [40, 50, 60]].map(|[r, g, b]| Color32::from_rgb(r, g, b));
-        assert_eq!(cut(whole([2, 1])), [right]);
+        let [left, mean] = [[10, 20, 30], [25, 35, 45]].map(|[r, g, b]| Color32::from_rgb(r, g, b));
+        assert_eq!(cut(whole([2, 1])), [mean]);
         assert_eq!(cut(whole([1, 1])), [left]);
     }
 }

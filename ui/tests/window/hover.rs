@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use egui::Key;
 use inplace_core::labels::{Run, Stroke, StrokeKind};
+use inplace_core::semantics::NodeMap;
 use inplace_core::session::{self, Event, Preview};
 use inplace_model::Command;
 
@@ -19,7 +20,8 @@ fn asked(window: &Window) -> Vec<Stroke> {
     commands.filter_map(stroke).collect()
 }
 
-/// An answer to a question: two rows of ten pixels from the place on, and half of each for whoever takes what is outlined.
+/// An answer to a question: two rows of ten pixels from the place on, the second half of each on a voxel that reaches
+/// beyond.
 fn answer(stroke: &Stroke, generation: u64) -> Event {
     let [x, y] = stroke.first_point().unwrap();
     let run = |row, pixels| Run {
@@ -27,12 +29,17 @@ fn answer(stroke: &Stroke, generation: u64) -> Event {
         first: x,
         last: x + pixels - 1,
     };
+    let mut nodes = vec![0; (WIDTH * HEIGHT) as usize];
+    for row in [y, y + 1] {
+        let first = (row * WIDTH + x) as usize;
+        nodes[first..first + 5].fill(1);
+    }
     Event::Preview {
         generation,
         preview: Arc::new(Preview {
             stroke: stroke.clone(),
             won: vec![run(y, 10), run(y + 1, 10)],
-            part: vec![run(y, 5), run(y + 1, 5)],
+            nodes: Arc::new(NodeMap::pack(WIDTH as usize, &nodes)),
         }),
     }
 }

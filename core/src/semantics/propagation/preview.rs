@@ -1,12 +1,17 @@
 //! What one more stroke would change on its frame, before it is made.
 
+use std::ops::Range;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
+
 use super::LabelPropagation;
-use crate::labels::{Pixel, Run, Stroke, VOID, pixels_of};
+use crate::labels::{ClassId, Pixel, Run, Stroke, VOID, pixels_of, runs_of_equal};
 use crate::scene::Scene;
+use crate::semantics::on_surface::OnSurface;
 use crate::semantics::strays::strays;
-use crate::semantics::{Evidence, FrameMap, Posterior};
+use crate::semantics::{Evidence, FrameMap, NO_NODE, NodeMap, Posterior};
 
 /// What a stroke would win on its frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,10 +21,8 @@ pub struct Preview {
     /// The pixels of the frame that have another class now and would get the stroke's, by row and column; no run touches
     /// another.
     pub won: Vec<Run>,
-    /// Those of them that a person takes who takes what is outlined: the part at the stroke's first point, without the
-    /// voxels that reach beyond what is won, since the label would spread over what lies there. None where that point
-    /// wins nothing.
-    pub part: Vec<Run>,
+    /// The node of every pixel of the frame.
+    pub nodes: Arc<NodeMap>,
 }
 
 impl Preview {
@@ -28,21 +31,24 @@ impl Preview {
         self.won.iter().map(Run::pixels).sum()
     }
 
-    /// A stroke of its class that covers just the part at it, if there is any.
+    /// A stroke of its class that covers what a person takes who takes what is outlined: the part at the stroke's first
+    /// point, without the voxels that reach beyond what is won, since the label would spread over what lies there. `None`
+    /// where that point wins nothing.
     pub fn filled(&self) -> Option<Stroke> {
-        (!self.part.is_empty()).then(|| Stroke {
+        let part = part_at(self.stroke.first_point()?, &self.won, &self.nodes);
+        (!part.is_empty()).then(|| Stroke {
             radius: 0,
-            lines: self.part.iter().map(Run::line).collect(),
+            lines: part.iter().map(Run::line).collect(),
             ..self.stroke
         })
     }
 }
 
 impl LabelPropagation {
-    /// What one more stroke of a class would win on its frame, whose present map is `now`, and the map that the frame would
-    /// then have. It is what [`set_labels`](Self::set_labels) makes of the labels with the stroke as the newest; nothing is
-    /// changed here. A scribble that slips over an edge is the exception: what it covers beyond the edge counts as it did
-    /// before. Void spreads nowhere, and wins nothing.
+    /// Tells what one more stroke of a class would win on its frame, whose present map is `now`; then returns the map that
+    /// the frame would have. It is what [`set_labels`](Self::set_labels) makes of the labels with the stroke as the newest;
+    /// nothing is changed here. A scribble that slips over an edge is the exception: what it covers beyond the edge counts
+    /// as it did before. Void spreads nowhere, and wins nothing.
     ///
     /// There is no map where the stroke labels no node, or where imported images count, as they are read across frames. It
     /// has no [surface](FrameMap::surface) before it is [the frame's](Self::set_labels_foreseen).
@@ -51,24 +57,32 @@ impl LabelPropagation {
         scene: &Arc<Scene>,
         stroke: &Stroke,
         now: &FrameMap,
-    ) -> (Preview, Option<FrameMap>) {
-        let (won, map) = self.won_by(scene, stroke, now).unzip();
-        let [won, part] = won.unwrap_or_default();
-        let preview = Preview {
+        tell: impl FnOnce(Preview),
+    ) -> Option<FrameMap> {
+        let mut preview = Preview {
             stroke: stroke.clone(),
-            won,
-            part,
+            won: Vec::new(),
+            nodes: self.surface.nodes_of(stroke.frame),
         };
-        (preview, map.filter(|_| self.import.is_none()))
+        let Some(shown) = self.with(scene, stroke) else {
+            tell(preview);
+            return None;
+        };
+        let nodes = shown.nodes(stroke.frame);
+        let labels = shown.labels(stroke.frame, &nodes);
+        let before = now.labels();
+        let is_won =
+            |(index, &after): (usize, &ClassId)| after == stroke.class && before.get(index) != Some(&after);
+        let won: Vec<bool> = labels.par_iter().enumerate().map(is_won).collect();
+        let runs = runs_of_equal(&won, now.width).into_iter();
+        preview.won = runs.filter(|(won, _)| *won).map(|(_, run)| run).collect();
+        tell(preview);
+        let no_import = self.import.is_none();
+        no_import.then(|| FrameMap::listed((stroke.frame, now.generation), shown, (&nodes, labels), None))
     }
 
-    /// What it wins, the part at it, and the map; `None` where the stroke labels no node.
-    fn won_by(
-        &self,
-        scene: &Arc<Scene>,
-        stroke: &Stroke,
-        now: &FrameMap,
-    ) -> Option<([Vec<Run>; 2], FrameMap)> {
+    /// What the frame of a stroke would show with it; `None` where the stroke labels no node.
+    fn with(&self, scene: &Arc<Scene>, stroke: &Stroke) -> Option<OnSurface> {
         let frame = scene.frames.get(stroke.frame)?;
         let mut pixels = pixels_of(stroke, frame.camera.width, frame.camera.height);
         let hidden = frame.hidden_pixels();
@@ -108,81 +122,80 @@ impl LabelPropagation {
         shown
             .painted
             .extend(pixels.into_iter().map(|pixel| (pixel, stroke.class.into())));
-        let map = FrameMap::on_surface((stroke.frame, now.generation), shown);
-        let map = map.looked_up().into_owned();
-        let (before, after) = (now.labels(), map.labels());
-        let is_won = |index: usize| after[index] == stroke.class && before.get(index) != Some(&stroke.class);
-        let won: Vec<bool> = (0..after.len()).map(is_won).collect();
-        let nodes = self.surface.nodes_of(stroke.frame).unpack();
-        let nodes = (nodes.as_slice(), self.surface.graph.len());
-        let part = part_at(stroke.first_point()?, &won, nodes, map.width);
-        Some(([won, part].map(|pixels| runs(map.width, &pixels)), map))
+        Some(shown)
     }
 }
 
-/// The part of the pixels that are won at one of them, which is connected along rows and columns, without the nodes that
-/// reach beyond them; `nodes`, of `count`, has that of every pixel of the image, which is this wide.
-fn part_at(place: Pixel, won: &[bool], (nodes, count): (&[u32], usize), width: u32) -> Vec<bool> {
-    let mut part = vec![false; won.len()];
-    let index = |[x, y]: Pixel| y as usize * width as usize + x as usize;
-    if won.get(index(place)) != Some(&true) {
-        return part;
+/// The part of what is won at one of its pixels, which is connected along rows and columns, without the nodes that reach
+/// beyond what is won.
+fn part_at([x, y]: Pixel, won: &[Run], nodes: &NodeMap) -> Vec<Run> {
+    let is_at = |run: &Run| run.row == y && (run.first..=run.last).contains(&x);
+    if !won.iter().any(is_at) {
+        return Vec::new();
     }
-    // Whether a pixel that shows the node is not won; pixels without a node are open to nobody.
-    let mut is_beyond = vec![false; count];
-    for (_, &node) in won.iter().zip(nodes).filter(|(won, _)| !**won) {
-        if let Some(is_beyond) = is_beyond.get_mut(node as usize) {
-            *is_beyond = true;
+    let open = within(won, nodes);
+    let gap = |run: &Run| x.clamp(run.first, run.last).abs_diff(x).pow(2) + run.row.abs_diff(y).pow(2);
+    let nearest = (0..open.len()).min_by_key(|&index| gap(&open[index]));
+    let mut reached: Vec<usize> = nearest.into_iter().collect();
+    let mut is_part = vec![false; open.len()];
+    while let Some(index) = reached.pop() {
+        if std::mem::replace(&mut is_part[index], true) {
+            continue;
+        }
+        let Run { row, first, last } = open[index];
+        for row in [row.wrapping_sub(1), row + 1] {
+            let beside = open.partition_point(|run| (run.row, run.last) < (row, first));
+            let touching = open[beside..]
+                .iter()
+                .take_while(|run| run.row == row && run.first <= last);
+            reached.extend(beside..beside + touching.count());
         }
     }
-    let is_within = |node: u32| is_beyond.get(node as usize) == Some(&false);
-    let mut is_open: Vec<bool> = won
-        .iter()
-        .zip(nodes)
-        .map(|(&won, &node)| won && is_within(node))
-        .collect();
-    let height = (won.len() / width as usize) as u32;
-    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-    let gap = |[x, y]: &Pixel| x.abs_diff(place[0]).pow(2) + y.abs_diff(place[1]).pow(2);
-    let nearest = pixels.filter(|&pixel| is_open[index(pixel)]).min_by_key(gap);
-    let mut reached: Vec<Pixel> = nearest.into_iter().collect();
-    while let Some([x, y]) = reached.pop() {
-        let inside = x < width && y < height;
-        if inside && std::mem::take(&mut is_open[index([x, y])]) {
-            part[index([x, y])] = true;
-            let beside = [
-                [x + 1, y],
-                [x, y + 1],
-                [x.wrapping_sub(1), y],
-                [x, y.wrapping_sub(1)],
-            ];
-            reached.extend(beside);
-        }
-    }
-    part
+    let part = open.iter().zip(is_part).filter(|(_, is_part)| *is_part);
+    part.map(|(run, _)| *run).collect()
 }
 
-/// The pixels of an image of this width that are in it, as runs by row and column.
-fn runs(width: u32, is_in: &[bool]) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
-    for index in (0..is_in.len()).filter(|&index| is_in[index]) {
-        let (row, column) = (index as u32 / width, index as u32 % width);
-        match runs.last_mut() {
-            Some(run) if run.row == row && run.last + 1 == column => run.last = column,
-            _ => runs.push(Run {
-                row,
-                first: column,
-                last: column,
-            }),
+/// The pixels of these runs whose nodes no other pixel shows, as runs by row and column.
+fn within(won: &[Run], nodes: &NodeMap) -> Vec<Run> {
+    let width = nodes.width();
+    let mut parts: Vec<(u32, Range<usize>)> = Vec::new();
+    let mut reach_beyond = FxHashSet::from_iter([NO_NODE]);
+    let mut ranges = won.iter().map(|run| run.indices(width as u32)).peekable();
+    for (node, pixels) in nodes.runs() {
+        let mut outside = pixels.len();
+        while let Some(range) = ranges.peek() {
+            let part = pixels.start.max(*range.start())..pixels.end.min(range.end() + 1);
+            let ends_later = *range.end() >= pixels.end;
+            if !part.is_empty() {
+                outside -= part.len();
+                parts.push((node, part));
+            }
+            if ends_later {
+                break;
+            }
+            ranges.next();
+        }
+        if outside > 0 {
+            reach_beyond.insert(node);
         }
     }
-    runs
+    parts.retain(|(node, _)| !reach_beyond.contains(node));
+    let touches = |a: &Range<usize>, b: &Range<usize>| a.end == b.start && !b.start.is_multiple_of(width);
+    let rows = parts.chunk_by(|(_, a), (_, b)| touches(a, b));
+    let run = |parts: &[(u32, Range<usize>)]| {
+        let (first, end) = (parts[0].1.start, parts[parts.len() - 1].1.end);
+        Run {
+            row: (first / width) as u32,
+            first: (first % width) as u32,
+            last: ((end - 1) % width) as u32,
+        }
+    };
+    rows.map(run).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::ClassId;
     use crate::labels::testing::clicked;
     use crate::scene::testing::{wall, without_depth};
     use crate::semantics::testing::propagated;
@@ -204,8 +217,9 @@ mod tests {
         // Borders are looked for where depth was measured, and where not.
         for scene in [measured, Arc::new(bare)] {
             let foresee = |stroke: &Stroke| {
-                let now = propagation.map(&scene, stroke.frame, 1);
-                propagation.preview(&scene, stroke, &now)
+                let (now, mut told) = (propagation.map(&scene, stroke.frame, 1), None);
+                let map = propagation.preview(&scene, stroke, &now, |preview| told = Some(preview));
+                (told.unwrap(), map)
             };
             let mut sizes = Vec::new();
             for stroke in [
@@ -233,10 +247,12 @@ mod tests {
                 let (now, then) = (now.labels(), then.labels());
                 let is_won = |index: usize| then[index] == stroke.class && now[index] != stroke.class;
                 let won: Vec<bool> = (0..80 * 60).map(is_won).collect();
-                assert_eq!(preview.won, runs(80, &won), "{stroke:?}");
-                let part: u64 = preview.part.iter().map(Run::pixels).sum();
-                let filled = preview.filled();
-                assert_eq!(filled.map_or(0, |filled| filled.pixel_count(80, 60)), part);
+                let runs = runs_of_equal(&won, 80).into_iter();
+                let won: Vec<Run> = runs.filter(|(won, _)| *won).map(|(_, run)| run).collect();
+                assert_eq!(preview.won, won, "{stroke:?}");
+                let part = part_at(stroke.first_point().unwrap(), &won, &preview.nodes);
+                let filled = preview.filled().map_or(0, |filled| filled.pixel_count(80, 60));
+                assert_eq!(filled, part.iter().map(Run::pixels).sum::<u64>());
                 sizes.push(preview.pixels());
             }
             assert!(sizes[..3].iter().all(|&pixels| pixels > 20), "{sizes:?}");
@@ -250,15 +266,11 @@ mod tests {
     fn the_part_at_a_pixel_is_connected_and_without_voxels_that_reach_beyond_what_is_won() {
         let run = |row, first, last| Run { row, first, last };
         // A block, a hook on it, and a part of its own.
-        let all = [run(0, 1, 5), run(1, 1, 5), run(2, 5, 5), run(1, 8, 9)];
-        let mut won = vec![false; 30];
-        for run in &all {
-            won[run.indices(10)].fill(true);
-        }
-        let part = |place, nodes: &[u32]| runs(10, &part_at(place, &won, (nodes, 30), 10));
+        let all = [run(0, 1, 5), run(1, 1, 5), run(1, 8, 9), run(2, 5, 5)];
+        let part = |place, nodes: &[u32]| part_at(place, &all, &NodeMap::pack(10, nodes));
         let single: Vec<u32> = (0..30).collect();
-        assert_eq!(part([4, 1], &single), all[..3]);
-        assert_eq!(part([8, 1], &single), all[3..]);
+        assert_eq!(part([4, 1], &single), [all[0], all[1], all[3]]);
+        assert_eq!(part([8, 1], &single), all[2..3]);
         assert!(part([7, 1], &single).is_empty());
         // Two columns are a voxel in each row: on the left of the block and below it they reach beyond.
         let pairs: Vec<u32> = (0..30).map(|pixel| pixel / 2).collect();

@@ -79,13 +79,15 @@ impl Worker<'_> {
                 Some([of, looked_up]) if Arc::ptr_eq(&of, &map) => looked_up,
                 _ => Arc::new(map.looked_up().into_owned()),
             };
-            let (preview, foreseen) = propagation.preview(&self.scene, &stroke, &now);
+            let tell = |preview| {
+                self.outbox.send(Event::Preview {
+                    generation: self.generation,
+                    preview: Arc::new(preview),
+                });
+            };
+            let foreseen = propagation.preview(&self.scene, &stroke, &now, tell);
             self.looked_up = Some([map, now]);
             self.foreseen = foreseen.map(|map| (stroke, map));
-            self.outbox.send(Event::Preview {
-                generation: self.generation,
-                preview: Arc::new(preview),
-            });
         }
         self.seconds.render += start.elapsed().as_secs_f64();
         true
