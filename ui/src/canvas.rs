@@ -61,7 +61,7 @@ enum Renderer {
     /// By a wgpu paint callback.
     Gpu(wgpu::TextureFormat),
     /// As one texture for each side, composed on the CPU.
-    Cpu([Option<Composed>; gpu::SIDES]),
+    Cpu(Box<[Option<Composed>; gpu::SIDES]>),
 }
 
 /// A composed texture and what it was made of.
@@ -113,7 +113,7 @@ impl Canvas {
     /// A canvas drawn by wgpu where there is a target format, else on the CPU.
     pub fn new(target: Option<wgpu::TextureFormat>) -> Self {
         Self {
-            renderer: target.map_or(Renderer::Cpu([None, None]), Renderer::Gpu),
+            renderer: target.map_or_else(|| Renderer::Cpu(Box::default()), Renderer::Gpu),
             frame: None,
             gesture: Gesture::default(),
             strokes: Default::default(),
