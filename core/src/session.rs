@@ -35,7 +35,6 @@ pub use progress::Progress;
 pub use rendering::{RenderedLabels, RenderedView};
 pub use semantic_trainer::sampling;
 pub use surface_refiner::SurfaceRefiner;
-pub use thread::give_way;
 
 /// A handle to the worker. Dropping it stops the worker, and waits for it unless it is beside a window.
 #[derive(Debug)]
@@ -77,7 +76,7 @@ impl Session {
         let failed = outbox.clone();
         let worker = thread.spawn(move || {
             if gives_way {
-                give_way();
+                thread::give_way();
             }
             thread::run(options, scene, &commands, &outbox);
         });

@@ -67,10 +67,8 @@ enum Renderer {
 /// A composed texture and what it was made of.
 struct Composed {
     texture: egui::TextureHandle,
-    /// The part of the image that it shows, from 0 to 1.
-    share: Rect,
-    /// Versions of the image, of what lies over it and of the palette, the look, and what is visible.
-    made_of: (Version, Option<Version>, Version, Look, Option<cpu::Cut>),
+    /// Versions of the image, of what lies over it and of the palette, the look, and by what its sides are divided.
+    made_of: (Version, Option<Version>, Version, Look, u32),
 }
 
 /// The canvas.
@@ -510,19 +508,18 @@ impl Canvas {
             }
             Renderer::Cpu(sides) => {
                 let composed = &mut sides[side];
+                let over = content.over.as_ref().map(|over| over.version);
                 if let Some(picture) = &picture {
-                    let size = [picture.color.width(), picture.color.height()];
-                    let cut = cpu::visible(placement, size, painter.clip_rect(), painter.pixels_per_point());
-                    let over = content.over.as_ref().map(|over| over.version);
-                    let made_of = (picture.version, over, content.palette.version(), look, cut);
-                    if let Some(cut) = cut
-                        && composed
-                            .as_ref()
-                            .is_none_or(|composed| composed.made_of != made_of)
+                    // About as many pixels as the screen shows, and the same while the view is panned.
+                    let on_screen = placement.rect().width() * painter.pixels_per_point();
+                    let stride = (picture.color.width() as f32 / on_screen).max(1.0) as u32;
+                    let made_of = (picture.version, over, content.palette.version(), look, stride);
+                    if composed
+                        .as_ref()
+                        .is_none_or(|composed| composed.made_of != made_of)
                     {
                         *composed = Some(Composed {
-                            texture: cpu::texture(painter.ctx(), &picture.color, &content, look, cut),
-                            share: cpu::share(cut.0, size),
+                            texture: cpu::texture(painter.ctx(), &picture.color, &content, look, stride),
                             made_of,
                         });
                         gpu::note_image(&clock);
@@ -531,16 +528,10 @@ impl Canvas {
                         }
                     }
                 }
-                if let Some(Composed { texture, share, .. }) = composed {
-                    let rect = placement.rect();
-                    let [min, max] = [share.min, share.max].map(|at| rect.min + at.to_vec2() * rect.size());
-                    let all = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-                    painter.image(
-                        texture.id(),
-                        Rect::from_min_max(min, max),
-                        all,
-                        egui::Color32::WHITE,
-                    );
+                if let Some(composed) = composed {
+                    let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+                    let texture = composed.texture.id();
+                    painter.image(texture, placement.rect(), whole, egui::Color32::WHITE);
                 }
             }
         }

@@ -6,7 +6,6 @@ use std::hash::Hash;
 use egui::{Rect, TextureHandle};
 use inplace_core::guide::Suggestion;
 use inplace_core::labels::Pixel;
-use inplace_core::session::give_way;
 use inplace_model::layer::{Layer, Look};
 use inplace_model::versioned::Version;
 use inplace_model::view::{ImagePart, crossings};
@@ -168,8 +167,6 @@ impl Thumbnails {
 
 fn started(ctx: &egui::Context, size: [f32; 2]) -> Background<Request, Made> {
     Background::new(ctx.clone(), "thumbnails", move |desk: &Desk<Request, Made>| {
-        // Whoever clicks waits for the frame in view.
-        give_way();
         let mut waiting = Vec::new();
         loop {
             // What was asked for last is most likely in view still.

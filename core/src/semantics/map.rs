@@ -154,19 +154,22 @@ impl FrameMap {
         (nodes, labels): (&[u32], Vec<ClassId>),
         objects: Option<Vec<u16>>,
     ) -> Self {
-        let pixels = MapPixels::Listed {
-            labels,
-            entropy: shown.entropy(frame, nodes),
-            likelihood: Some(Likelihood {
-                confidence: shown.confidence(frame, nodes),
-                runners_up: shown.runners_up(frame, nodes),
-            }),
-            objects,
-            source: Some(shown.clone()),
-        };
+        let camera = &shown.scene.frames[frame].camera;
         Self {
-            pixels,
-            ..Self::on_surface((frame, generation), shown)
+            frame,
+            generation,
+            width: camera.width,
+            height: camera.height,
+            pixels: MapPixels::Listed {
+                labels,
+                entropy: shown.entropy(frame, nodes),
+                likelihood: Some(Likelihood {
+                    confidence: shown.confidence(frame, nodes),
+                    runners_up: shown.runners_up(frame, nodes),
+                }),
+                objects,
+                source: Some(shown),
+            },
         }
     }
 

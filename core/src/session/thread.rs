@@ -16,13 +16,13 @@ use crate::scene::Scene;
 
 /// Has this thread, and those that it starts from now on, give way to others. On Linux alone: elsewhere threads do not
 /// inherit priorities.
-pub fn give_way() {
+pub(super) fn give_way() {
     /// A thread of the usual priority gets about nine times as much of a core.
     #[cfg(target_os = "linux")]
     const NICE: i32 = 10;
     #[cfg(target_os = "linux")]
     if let Err(error) = rustix::process::nice(NICE) {
-        tracing::warn!(%error, "background work does not give way to the window");
+        tracing::warn!(%error, "training does not give way to the window");
     }
 }
 

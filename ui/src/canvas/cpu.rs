@@ -11,7 +11,6 @@ use inplace_model::workspace::source::FrameSource;
 
 use super::content::{Content, ShownMap};
 use super::plane::{Over, Reading};
-use super::view::Placement;
 
 /// How much of the colour of a class border is the outline's.
 const OUTLINE_STRENGTH: f32 = 0.55;
@@ -79,7 +78,7 @@ pub fn composite(
     over: Option<&Over>,
     palette: &Palette,
     look: Look,
-    (part, [width, height]): Cut,
+    (part, [width, height]): (Rect, [usize; 2]),
 ) -> egui::ColorImage {
     let values = over.map(|over| over.texels.values());
     let plane = over.zip(values.as_deref()).map(|(over, values)| Plane {
@@ -90,25 +89,19 @@ pub fn composite(
     let image = [color.width(), color.height()].map(|side| side as usize);
     let plane_size = plane.as_ref().map_or([1; 2], |plane| plane.size);
     // Along one side, for each pixel of the picture and one more: two pixels of the image, and that of the plane.
-    let below =
-        |[first, extent]: [f32; 2], count: usize, [image, plane]: [usize; 2]| -> Vec<([usize; 2], usize)> {
-            let step = extent / count as f32;
-            let apart = if step > 1.0 { 0.25 } else { 0.0 };
-            let nearest = |at: f32, length: usize| {
-                let place = (first + at * step) / image as f32 * length as f32;
-                (place as usize).min(length - 1)
-            };
-            let middles = (0..=count).map(|at| at as f32 + 0.5);
-            let own = middles.map(|at| {
-                (
-                    [at - apart, at + apart].map(|at| nearest(at, image)),
-                    nearest(at, plane),
-                )
-            });
-            own.collect()
+    let under = |[first, extent]: [f32; 2], count: usize, lengths: [usize; 2]| -> Vec<([usize; 2], usize)> {
+        let step = extent / count as f32;
+        let apart = if step > 1.0 { 0.25 } else { 0.0 };
+        let nearest = |at: f32, length: usize| {
+            let place = (first + at * step) / lengths[0] as f32 * length as f32;
+            (place as usize).min(length - 1)
         };
-    let columns = below([part.left(), part.width()], width, [image[0], plane_size[0]]);
-    let rows = below([part.top(), part.height()], height, [image[1], plane_size[1]]);
+        let both = |at: f32| [at - apart, at + apart].map(|at| nearest(at, lengths[0]));
+        let middles = (0..=count).map(|at| at as f32 + 0.5);
+        middles.map(|at| (both(at), nearest(at, lengths[1]))).collect()
+    };
+    let columns = under([part.left(), part.width()], width, [image[0], plane_size[0]]);
+    let rows = under([part.top(), part.height()], height, [image[1], plane_size[1]]);
     let mut pixels = Vec::with_capacity(width * height);
     for row in rows.windows(2) {
         for column in columns.windows(2) {
@@ -191,60 +184,25 @@ pub fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
     [channel(0), channel(1), channel(2)]
 }
 
-/// The part of an image that a picture shows, in pixels of the image, and the size of the picture.
-pub(super) type Cut = (Rect, [usize; 2]);
-
-/// What a picture on the screen shows of an image of this size: it has no more pixels than the screen, nor than the image.
-/// `None` where nothing is to be seen.
-pub(super) fn visible(
-    placement: Placement,
-    image: [u32; 2],
-    clip: Rect,
-    pixels_per_point: f32,
-) -> Option<Cut> {
-    let shown = placement.rect().intersect(clip);
-    if !shown.is_positive() {
-        return None;
-    }
-    let all = whole(image);
-    let placement = Placement {
-        zoom: placement.zoom * placement.size.x / all.width(),
-        size: all.size(),
-        ..placement
-    };
-    let outwards = |rect: Rect| Rect::from_min_max(rect.min.floor(), rect.max.ceil());
-    let to_image =
-        |rect: Rect| Rect::from_min_max(placement.to_image(rect.min), placement.to_image(rect.max));
-    let (part, size) = if placement.zoom * pixels_per_point < 1.0 {
-        // Pixel for pixel of the screen.
-        let on_screen = outwards(shown * pixels_per_point);
-        (to_image(on_screen / pixels_per_point), on_screen.size())
-    } else {
-        let part = outwards(to_image(shown)).intersect(all);
-        (part, part.size())
-    };
-    Some((
-        part,
-        <[f32; 2]>::from(size).map(|side| (side.round() as usize).max(1)),
-    ))
-}
-
-/// A part of an image of this size, from 0 to 1 along each side.
-pub(super) fn share(part: Rect, image: [u32; 2]) -> Rect {
-    let size = whole(image).size();
-    let [min, max] = [part.min, part.max].map(|corner| (corner.to_vec2() / size).to_pos2());
-    Rect::from_min_max(min, max)
-}
-
-/// A picture for the screen.
+/// An image with what lies over it, on the screen, with every side divided by `stride`; with fewer pixels still where it has
+/// more than a texture may have.
 pub(super) fn texture(
     ctx: &egui::Context,
     image: &scene::ColorImage,
     content: &Content,
     look: Look,
-    cut: Cut,
+    stride: u32,
 ) -> egui::TextureHandle {
-    let composed = composite(image, content.over.as_ref(), &content.palette, look, cut);
+    let most = ctx.input(|input| input.max_texture_side);
+    let all = [image.width(), image.height()];
+    let size = all.map(|side| most.min(side.div_ceil(stride) as usize));
+    let composed = composite(
+        image,
+        content.over.as_ref(),
+        &content.palette,
+        look,
+        (whole(all), size),
+    );
     let options = egui::TextureOptions {
         magnification: egui::TextureFilter::Nearest,
         ..egui::TextureOptions::LINEAR
@@ -255,8 +213,6 @@ pub(super) fn texture(
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
-
-    use egui::{pos2, vec2};
 
     use super::super::plane::DepthPlane;
     use inplace_model::palette::{Agreement, Table};
@@ -314,25 +270,6 @@ mod tests {
         let color = scene::ColorImage::new(width, 1, vec![100; 3 * width as usize]).unwrap();
         let cut = (whole([width, 1]), [width as usize, 1]);
         composite(&color, Some(over), &Palette::new(&[]), look(layer, 1.0), cut).pixels
-    }
-
-    #[test]
-    fn a_picture_has_no_more_pixels_than_the_screen_nor_than_the_image() {
-        let clip = Rect::from_min_max(pos2(0.0, 0.0), pos2(60.0, 300.0));
-        let cut = |zoom, origin, pixels_per_point| {
-            let placement = Placement {
-                origin: pos2(origin, 10.0),
-                zoom,
-                size: vec2(400.0, 200.0),
-            };
-            visible(placement, [400, 200], clip, pixels_per_point)
-        };
-        let part = |width, height| Rect::from_min_size(Pos2::ZERO, vec2(width, height));
-        assert_eq!(cut(0.25, 10.0, 1.0), Some((part(200.0, 200.0), [50, 50])));
-        assert_eq!(cut(0.25, 10.0, 2.0), Some((part(200.0, 200.0), [100, 100])));
-        // Whole pixels of the image, of which the last are cut.
-        assert_eq!(cut(4.0, 10.0, 1.0), Some((part(13.0, 73.0), [13, 73])));
-        assert_eq!(cut(0.25, 60.0, 1.0), None);
     }
 
     #[test]
