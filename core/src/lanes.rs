@@ -18,6 +18,19 @@ impl F32x16 {
     pub const ZERO: Self = Self([0.0; LANES]);
 }
 
+/// A number from 0 to 2^22 rounded down, as it is and as an integer, on any vector unit: `as` would check number by number
+/// whether it fits.
+#[inline(always)]
+pub fn rounded_down(value: f32) -> (f32, u32) {
+    // Here floats are a unit apart, so that adding it rounds to the nearest.
+    const UNITS: f32 = (1 << 23) as f32;
+    let shifted = value + UNITS;
+    let nearest = shifted - UNITS;
+    let excess = nearest > value;
+    let integer = (shifted.to_bits() - UNITS.to_bits()).wrapping_sub(u32::from(excess));
+    (if excess { nearest - 1.0 } else { nearest }, integer)
+}
+
 /// A vector unit that the kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dispatch {
@@ -161,3 +174,16 @@ macro_rules! dispatched {
     };
 }
 pub(crate) use dispatched;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_rounded_down() {
+        let quarters = (0..4096).map(|quarter| quarter as f32 / 4.0);
+        for value in quarters.chain([1.0 - f32::EPSILON, 1e6 + 0.5, (1_u32 << 22) as f32]) {
+            assert_eq!(rounded_down(value), (value.floor(), value as u32), "{value}");
+        }
+    }
+}

@@ -1,12 +1,13 @@
 //! Matching: how well a view's pixels fit other views at each of a number of inverse depths (Collins 1996).
 
 use super::view::{View, Warp};
-use crate::lanes::{Dispatch, VectorUnit, dispatched};
+use crate::lanes::{Dispatch, VectorUnit, dispatched, rounded_down};
 
 /// Half of the side of the window that is compared, in pixels, and its pixels.
 const RADIUS: usize = 2;
 const ROWS: usize = 2 * RADIUS + 1;
-const AREA: f32 = (ROWS * ROWS) as f32;
+/// What a sum over the window is multiplied with to be a mean.
+const SHARE: f32 = 1.0 / (ROWS * ROWS) as f32;
 /// Added to the variances of windows, in squared 8-bit steps, so that noise is not compared.
 const NOISE: f32 = 1.0;
 /// Cost of a correlation of zero, and of one that nothing is known about.
@@ -83,9 +84,9 @@ impl Reference {
                         squares += value * value;
                     }
                 }
-                let mean: f32 = sum / AREA;
+                let mean: f32 = sum * SHARE;
                 means.push(mean);
-                scales.push(1.0 / ((squares / AREA - mean * mean).max(0.0) + NOISE).sqrt());
+                scales.push(1.0 / ((squares * SHARE - mean * mean).max(0.0) + NOISE).sqrt());
             }
         }
         Self {
@@ -191,6 +192,18 @@ fn compare(
     }
 }
 
+/// The smaller of two numbers; `b` where one is none. It is one instruction, which `f32::min` is not.
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers; `b` where one is none.
+#[inline(always)]
+fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 dispatched! {
     /// Finds where a row's pixels lie in the source at an inverse z-depth.
     fn locate = locate_on(source: &Source, inverse: f32, row: usize, rows: &mut Rows)
@@ -215,11 +228,11 @@ fn locate_on<U: VectorUnit>(_: U, source: &Source, inverse: f32, row: usize, row
         let is_inside = (z > 1e-6) & (x >= -0.5) & (y >= -0.5) & (x <= last_x + 0.5) & (y <= last_y + 0.5);
         outside[k] = if is_inside { 0.0 } else { f32::INFINITY };
         // Not a number becomes zero.
-        let (x, y) = (x.max(0.0).min(last_x), y.max(0.0).min(last_y));
-        let (column, line) = (x as u32, y as u32);
+        let (x, y) = (least(most(x, 0.0), last_x), least(most(y, 0.0), last_y));
+        let [(left, column), (top, line)] = [x, y].map(rounded_down);
         index[k] = line * width + column;
-        right[k] = x - column as f32;
-        below[k] = y - line as f32;
+        right[k] = x - left;
+        below[k] = y - top;
     }
 }
 
@@ -299,13 +312,13 @@ fn correlate_on<U: VectorUnit>(
             square += row[1][k];
             product += row[2][k];
         }
-        let mean = sum / AREA;
-        let variance = (square / AREA - mean * mean).max(0.0) + NOISE;
-        let correlation = (product / AREA - mean * means[k]) * scales[k] / variance.sqrt();
+        let mean = sum * SHARE;
+        let variance = most(square * SHARE - mean * mean, 0.0) + NOISE;
+        let correlation = (product * SHARE - mean * means[k]) * scales[k] / variance.sqrt();
         let cost = 1.0 - correlation + outside[k];
-        third[k] = third[k].min(second[k].max(cost));
-        second[k] = second[k].min(first[k].max(cost));
-        first[k] = first[k].min(cost);
+        third[k] = least(third[k], most(second[k], cost));
+        second[k] = least(second[k], most(first[k], cost));
+        first[k] = least(first[k], cost);
     }
 }
 
@@ -324,6 +337,6 @@ fn finish_on<U: VectorUnit>(_: U, [first, second, third]: &[Vec<f32>; 3], into: 
         let third = if third[k] < 4.0 { third[k] } else { second };
         let mean = (first[k] + second + third) * (SCALE / 3.0);
         let mean = if mean < 1e4 { mean } else { SCALE };
-        into[k] = mean.clamp(0.0, 255.0) as u8;
+        into[k] = rounded_down(mean.clamp(0.0, 255.0)).1 as u8;
     }
 }
