@@ -1,7 +1,5 @@
 //! Segmentation of a graph: of an image's pixels, or of a surface's voxels.
 
-use rayon::prelude::*;
-
 use super::DisjointSets;
 
 /// The segment of each of so many vertices, counted from 0 in the order of their first vertices, by `edges` (cost, vertex,
@@ -15,7 +13,8 @@ pub(super) fn segments(
     scale: f32,
     fewest: u32,
 ) -> Vec<u32> {
-    edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    // Equal ones stay as they are given. It takes half the time of two threads that compare.
+    radsort::sort_by_key(&mut edges, |&(cost, ..)| cost);
     let mut sets = DisjointSets::new(vertices);
     // Of each set by its root: the number of vertices, and what an edge may cost that it grows across.
     let mut sizes = vec![1_u32; vertices];

@@ -174,8 +174,8 @@ fn superpixels(camera: &Camera, colors: &[Vec3]) -> Vec<u32> {
         let (is_first, is_last) = (column == 0, column + 1 == width);
         let beside = [
             (!is_last).then_some(index + 1),
-            (!is_last_row).then_some(index + width),
             (!is_last_row && !is_first).then(|| index + width - 1),
+            (!is_last_row).then_some(index + width),
             (!is_last_row && !is_last).then_some(index + width + 1),
         ];
         for other in beside.into_iter().flatten() {
