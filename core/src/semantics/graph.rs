@@ -93,6 +93,17 @@ impl SurfaceGraph {
         &self.nodes
     }
 
+    /// Reads from the edges of each of these nodes, so that they come from memory at the same time and not one after the
+    /// other, as they would where the one's costs decide what is done next.
+    pub(crate) fn fetch(&self, nodes: impl Iterator<Item = u32>) {
+        let read = |node: u32| {
+            let [start, end] = [node, node + 1].map(|node| self.starts[node as usize] as usize);
+            let outer = [start, end.saturating_sub(1)].map(|edge| self.edges.get(edge));
+            outer.into_iter().flatten().fold(0, |all, (to, _)| all ^ to)
+        };
+        std::hint::black_box(nodes.map(read).fold(0, |all, one| all ^ one));
+    }
+
     /// Neighbours of a node with the costs of the edges to them.
     #[inline]
     pub fn edges(&self, node: u32) -> impl Iterator<Item = (u32, f32)> + '_ {
