@@ -93,8 +93,8 @@ impl SurfaceGraph {
         &self.nodes
     }
 
-    /// Reads from the edges of each of these nodes, so that they come from memory at the same time and not one after the
-    /// other, as they would where the one's costs decide what is done next.
+    /// Reads from the edges of each of these nodes, so that all come from memory at the same time, not each when its turn
+    /// has come.
     pub(crate) fn fetch(&self, nodes: impl Iterator<Item = u32>) {
         let read = |node: u32| {
             let [start, end] = [node, node + 1].map(|node| self.starts[node as usize] as usize);
