@@ -64,8 +64,7 @@ const BLOCK: usize = 32;
 /// the information that a label there would give: the number of pixels that are expected to become right, class by
 /// class by how likely x has it, each pixel weighted by its class, more the fewer pixels the class has. The maps
 /// are too sure of what looks like the room and of what a pretrained network sees alike. So places are judged as if no class
-/// were part of the room, by the mean of what is likely with and without the network, and as if labels told of what is
-/// farther away.
+/// were part of the room, and by the mean of what is likely with and without the network.
 ///
 /// Places are shown in keyframes; with `only`, in the keyframes among these frames. A place that none of them shows is
 /// left out. `None` where it is cancelled before the end.

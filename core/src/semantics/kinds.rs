@@ -40,14 +40,14 @@ impl Kinds {
         Self(classes.iter().map(|class| (class.id, kind(class))).collect())
     }
 
-    /// The same where no class is part of the room.
-    pub(super) fn without_room(&self) -> Self {
+    /// The same where no class is part of the room; `None` where that is no different.
+    pub(super) fn without_room(&self) -> Option<Self> {
         let mut kinds = self.clone();
         kinds
             .0
             .values_mut()
             .for_each(|kind| kind.other_than = Room::default());
-        kinds
+        (kinds != *self).then_some(kinds)
     }
 
     /// The kind of a class.
@@ -77,7 +77,8 @@ mod tests {
         );
         assert!([2, 3].into_iter().all(|class| kinds.of(class).ends));
         assert_eq!(kinds.of(5), Kind::default());
-        assert_eq!(kinds.without_room().of(2), kinds.of(3));
+        assert_eq!(kinds.without_room().unwrap().of(2), kinds.of(3));
+        assert_eq!(named(&["chair", "grass"]).without_room(), None);
         assert!(!named(&["chair"]).of(1).ends);
     }
 }

@@ -13,9 +13,8 @@ pub const CERTAIN: u16 = u16::MAX;
 const POWER: i32 = 3;
 /// Distance that is added to all: much nearer than this, classes are equally likely.
 const SOFTNESS: f32 = 0.5;
-/// A class at this distance weighs as much as the uniform share of not knowing anything, in the maps and in suggestions.
-pub(super) const HORIZON: f32 = 400.0;
-pub(super) const DOUBTED_HORIZON: f32 = 640.0;
+/// A class at this distance weighs as much as the uniform share of not knowing anything.
+const HORIZON: f32 = 400.0;
 /// A class at this distance weighs as much as all votes on a node that have a trust of one half.
 const VOTES_HORIZON: f32 = 5.0;
 
@@ -141,8 +140,6 @@ pub struct Evidence<'a> {
     pub objects: Option<&'a ObjectVotes>,
     /// Weights by the semantic prior, positive, `[nodes, classes]`.
     pub prior: Option<&'a [f32]>,
-    /// The distance at which a class weighs as much as not knowing anything.
-    pub horizon: f32,
 }
 
 impl Evidence<'_> {
@@ -162,15 +159,12 @@ pub(crate) struct Weights<'a> {
     evidence: Evidence<'a>,
     /// The distance field of each class; `None` where it has no labelled node.
     fields: Vec<Option<&'a [f32]>>,
-    /// Each class's share of not knowing.
-    unknown: f32,
 }
 
 impl<'a> Weights<'a> {
     pub(crate) fn new(evidence: Evidence<'a>) -> Self {
         Self {
             fields: evidence.geodesics.fields(evidence.classes),
-            unknown: weight_at(evidence.horizon) / evidence.classes.len().max(1) as f32,
             evidence,
         }
     }
@@ -213,11 +207,10 @@ impl<'a> Weights<'a> {
         let own = node * weights.len()..(node + 1) * weights.len();
         let stretches = likeness.map(|likeness| likeness.stretches(node));
         let votes = votes.map(|votes| &votes[own.clone()]);
-        let known = (votes, self.unknown);
-        let nearest = fill_weights(&self.fields, node, stretches, known, weights);
+        let nearest = fill_weights(&self.fields, node, stretches, votes, weights);
         if let Some(second) = second_likeness.map(|likeness| likeness.stretches(node)) {
             let mut others = vec![0.0; weights.len()];
-            fill_weights(&self.fields, node, Some(second), known, &mut others);
+            fill_weights(&self.fields, node, Some(second), votes, &mut others);
             let [own, other] = [&*weights, &others].map(|weights| weights.iter().sum::<f32>());
             let both = weights.iter_mut().zip(others);
             both.for_each(|(weight, others)| *weight = 0.5 * (*weight + others * own / other));
@@ -240,7 +233,7 @@ pub(super) fn label_at(
 ) -> ClassId {
     let mut weights = vec![0.0; classes.len()];
     let votes = votes.map(|votes| &votes[node * classes.len()..(node + 1) * classes.len()]);
-    let nearest = fill_weights(fields, node, stretches, (votes, 0.0), &mut weights);
+    let nearest = fill_weights(fields, node, stretches, votes, &mut weights);
     summarise(classes, &weights, nearest).label
 }
 
@@ -250,16 +243,17 @@ pub(crate) fn most_likely(classes: &[ClassId], probabilities: &[f32]) -> (ClassI
     (summary.label, summary.entropy)
 }
 
-/// Unnormalised weights of the classes at a node by their distance fields, and by the stretches and votes there or, without
-/// votes, each one's share of not knowing; returns the smallest distance as it counts.
+/// Unnormalised weights of the classes at a node by their distance fields and the stretches and votes there; returns the
+/// smallest distance as it counts.
 pub(super) fn fill_weights(
     fields: &[Option<&[f32]>],
     node: usize,
     stretches: Option<&[f32]>,
-    (votes, unknown): (Option<&[f32]>, f32),
+    votes: Option<&[f32]>,
     weights: &mut [f32],
 ) -> f32 {
     let votes = votes.filter(|row| row.iter().any(|&share| share > 0.0));
+    let unknown = (HORIZON + SOFTNESS).powi(-POWER) / weights.len().max(1) as f32;
     let mut nearest = f32::INFINITY;
     for (class, (weight, field)) in weights.iter_mut().zip(fields).enumerate() {
         let mut distance = field.map_or(f32::INFINITY, |field| {

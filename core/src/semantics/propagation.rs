@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 pub use preview::Preview;
 
 use super::on_surface::OnSurface;
-use super::posterior::{DOUBTED_HORIZON, HORIZON, NodeSummary};
+use super::posterior::NodeSummary;
 use super::strays::strays;
 use super::{
     ClassGeodesics, CrossValidation, ENTROPY_STEPS_PER_NAT, Evidence, FrameMap, Kinds, Likeness, NO_NODE,
@@ -269,23 +269,29 @@ impl LabelPropagation {
             votes: self.votes.as_deref(),
             objects: self.import.as_deref().and_then(SurfaceImport::objects),
             prior: prior.map(|(_, weights)| weights.as_slice()),
-            horizon: HORIZON,
         }
     }
 
-    /// What would be known if no class were part of the room, and labels told of what is farther away. Where there is a
-    /// pretrained network, half counts what would then be known without it, half what is known (query by committee, Seung et
-    /// al. 1992). `None` without labels, and where looks do not count.
+    /// What would be known if no class were part of the room. Where there is a pretrained network, half counts what would then
+    /// be known without it, half what is known (query by committee, Seung et al. 1992). `None` where that is no different.
     pub(crate) fn doubted(&self) -> Option<(Likeness, Posterior)> {
         if self.classes.is_empty() || !self.looks_count() {
             return None;
         }
-        let mut likeness = match self.surface.look.without_features() {
+        let (kinds, look) = (self.kinds.without_room(), self.surface.look.without_features());
+        if kinds.is_none() && look.is_none() {
+            return None;
+        }
+        let mut likeness = match look {
             Some(look) => Likeness::new(Arc::new(look)),
             None => self.likeness.clone(),
         };
-        likeness.update((&self.classes, &self.kinds.without_room()), &self.geodesics);
-        let posterior = Posterior::new(&self.doubted_evidence(&likeness), self.surface.graph.len());
+        let kinds = kinds.as_ref().unwrap_or(&self.kinds);
+        likeness.update((&self.classes, kinds), &self.geodesics);
+        let differs = likeness.differing(&self.likeness.stretches);
+        let mut posterior = Posterior::clone(&self.posterior);
+        let changed = self.changed(Vec::new(), Some(differs));
+        posterior.update(&self.doubted_evidence(&likeness), &changed);
         Some((likeness, posterior))
     }
 
@@ -294,7 +300,6 @@ impl LabelPropagation {
         Evidence {
             likeness: Some(likeness),
             second_likeness: self.surface.look.has_features().then_some(&self.likeness),
-            horizon: DOUBTED_HORIZON,
             ..self.evidence()
         }
     }

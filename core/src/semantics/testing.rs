@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::posterior::HORIZON;
 use super::{ClassGeodesics, Evidence, LabelPropagation, Look, Node, Surface, SurfaceGraph};
 use crate::labels::{ClassId, LabelSet};
 use crate::scene::Scene;
@@ -52,7 +51,6 @@ pub fn by_distance<'a>(classes: &'a [ClassId], geodesics: &'a ClassGeodesics) ->
         votes: None,
         objects: None,
         prior: None,
-        horizon: HORIZON,
     }
 }
 
