@@ -94,40 +94,36 @@ impl<'a> EffectSearch<'a> {
         let mut queue = DistanceQueue::new();
         self.distance[place as usize] = 0.0;
         queue.push(0.0, place);
-        let mut nearest = Vec::new();
-        'search: while queue.pop(&mut nearest) {
-            graph.fetch(nearest.iter().map(|&(_, node)| node));
-            for &(distance, node) in &nearest {
-                if distance > self.distance[node as usize] {
-                    continue;
+        while let Some((distance, node)) = queue.pop(graph) {
+            if distance > self.distance[node as usize] {
+                continue;
+            }
+            let counting = match look {
+                Some((look, kind)) => stretched(distance, look.stretch(node, place, kind)),
+                None => distance,
+            };
+            // Where a label counts as nearer, one here leaves the class as it is.
+            if counting < to_label(node) && open(node) {
+                self.add_gains(node, counting, &mut outcomes);
+                if counting <= SETTLED * to_label(node) {
+                    effect.settled.push(node);
                 }
-                let counting = match look {
-                    Some((look, kind)) => stretched(distance, look.stretch(node, place, kind)),
-                    None => distance,
-                };
-                // Where a label counts as nearer, one here leaves the class as it is.
-                if counting < to_label(node) && open(node) {
-                    self.add_gains(node, counting, &mut outcomes);
-                    if counting <= SETTLED * to_label(node) {
-                        effect.settled.push(node);
+            }
+            effect.visits += 1;
+            if effect.visits == MOST_FOLLOWED {
+                break;
+            }
+            // Nothing comes nearer than 0, so that it counts once.
+            self.distance[node as usize] = 0.0;
+            for (neighbour, cost) in graph.edges(node) {
+                let through = distance + cost;
+                let known = &mut self.distance[neighbour as usize];
+                if through < to_label(neighbour) && through < *known {
+                    if known.is_infinite() {
+                        reached.push(neighbour);
                     }
-                }
-                effect.visits += 1;
-                if effect.visits == MOST_FOLLOWED {
-                    break 'search;
-                }
-                // Nothing comes nearer than 0, so that it counts once.
-                self.distance[node as usize] = 0.0;
-                for (neighbour, cost) in graph.edges(node) {
-                    let through = distance + cost;
-                    let known = &mut self.distance[neighbour as usize];
-                    if through < to_label(neighbour) && through < *known {
-                        if known.is_infinite() {
-                            reached.push(neighbour);
-                        }
-                        *known = through;
-                        queue.push(through, neighbour);
-                    }
+                    *known = through;
+                    queue.push(through, neighbour);
                 }
             }
         }

@@ -84,22 +84,18 @@ impl Geodesics {
 
     /// Continues from the nodes in the queue; adds the nodes that come nearer to `changed`.
     fn relax(&mut self, graph: &SurfaceGraph, mut queue: DistanceQueue, changed: &mut Vec<u32>) {
-        let mut nearest = Vec::new();
-        while queue.pop(&mut nearest) {
-            graph.fetch(nearest.iter().map(|&(_, node)| node));
-            for &(distance, node) in &nearest {
-                if distance > self.distance[node as usize] {
-                    continue;
-                }
-                let seed = self.seed[node as usize];
-                for (neighbour, cost) in graph.edges(node) {
-                    let through = distance + cost;
-                    if through < self.distance[neighbour as usize] {
-                        self.distance[neighbour as usize] = through;
-                        self.seed[neighbour as usize] = seed;
-                        queue.push(through, neighbour);
-                        changed.push(neighbour);
-                    }
+        while let Some((distance, node)) = queue.pop(graph) {
+            if distance > self.distance[node as usize] {
+                continue;
+            }
+            let seed = self.seed[node as usize];
+            for (neighbour, cost) in graph.edges(node) {
+                let through = distance + cost;
+                if through < self.distance[neighbour as usize] {
+                    self.distance[neighbour as usize] = through;
+                    self.seed[neighbour as usize] = seed;
+                    queue.push(through, neighbour);
+                    changed.push(neighbour);
                 }
             }
         }

@@ -95,7 +95,7 @@ impl SurfaceGraph {
 
     /// Reads from the edges of each of these nodes, so that all come from memory at the same time, not each when its turn
     /// has come.
-    pub(crate) fn fetch(&self, nodes: impl Iterator<Item = u32>) {
+    pub(super) fn fetch(&self, nodes: impl Iterator<Item = u32>) {
         let read = |node: u32| {
             let [start, end] = [node, node + 1].map(|node| self.starts[node as usize] as usize);
             let outer = [start, end.saturating_sub(1)].map(|edge| self.edges.get(edge));

@@ -1,5 +1,7 @@
 //! The priority queue of shortest paths.
 
+use super::SurfaceGraph;
+
 /// The lowest bits of a distance, which do not count for the order.
 const FREE_BITS: u32 = 11;
 
@@ -8,8 +10,8 @@ const FREE_BITS: u32 = 11;
 /// than a binary heap.
 ///
 /// The bits of floating-point numbers from zero on are ordered as the numbers are, so the upper ones serve as integer
-/// keys. Distances that differ by less than one part in 4096 come together, in any order: a node may come again with a smaller
-/// distance, which happens to one in a hundred, while the order of all bits takes half as long again.
+/// keys. Distances that differ by less than one part in 4096 come in any order: a node may come again with a smaller
+/// distance, which happens to one or two in a hundred, while the order of all bits takes half as long again.
 pub(crate) struct DistanceQueue {
     /// Bucket 0 holds the key popped last; bucket k those that differ from it in bit k - 1 and in none above.
     buckets: [Vec<(f32, u32)>; (u32::BITS - FREE_BITS) as usize + 1],
@@ -30,24 +32,20 @@ impl DistanceQueue {
         self.buckets[bucket(key(distance), self.last)].push((distance, node));
     }
 
-    /// Takes all nodes of the smallest distance, in place of what is in `nearest`; `false` where there are none.
-    pub(crate) fn pop(&mut self, nearest: &mut Vec<(f32, u32)>) -> bool {
-        nearest.clear();
+    /// Takes a node of the smallest distance, if any. The edges of all that come next are fetched together.
+    pub(crate) fn pop(&mut self, graph: &SurfaceGraph) -> Option<(f32, u32)> {
         if self.buckets[0].is_empty() {
-            let Some(first) = self.buckets.iter().position(|entries| !entries.is_empty()) else {
-                return false;
-            };
+            let first = self.buckets.iter().position(|entries| !entries.is_empty())?;
             let mut entries = std::mem::take(&mut self.buckets[first]);
-            let keys = entries.iter().map(|&(distance, _)| key(distance));
-            self.last = keys.min().unwrap_or(self.last);
+            self.last = entries.iter().map(|&(distance, _)| key(distance)).min()?;
             // All of them differ from their smallest in lower bits than before.
             for entry in entries.drain(..) {
                 self.buckets[bucket(key(entry.0), self.last)].push(entry);
             }
             self.buckets[first] = entries;
+            graph.fetch(self.buckets[0].iter().map(|&(_, node)| node));
         }
-        std::mem::swap(&mut self.buckets[0], nearest);
-        true
+        self.buckets[0].pop()
     }
 }
 
