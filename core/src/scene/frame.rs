@@ -68,22 +68,10 @@ impl ColorImage {
         self
     }
 
-    /// An image with a colour for each pixel of the row-major iteration, black beyond the image on disk, where there is
-    /// none; `None` unless there are `width * height` of them.
-    pub(super) fn within(
-        width: u32,
-        height: u32,
-        colors: impl Iterator<Item = Option<[u8; 3]>>,
-    ) -> Option<Self> {
-        let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
-        let mut beyond = PixelSet::default();
-        for (index, color) in colors.enumerate() {
-            if color.is_none() {
-                beyond.insert(index);
-            }
-            rgb.extend(color.unwrap_or_default());
-        }
-        Self::new(width, height, rgb).map(|image| Self { beyond, ..image })
+    /// The same image, of which these pixels, by row-major index, lie beyond the image on disk.
+    pub(super) fn ending_before(mut self, beyond: impl IntoIterator<Item = usize>) -> Self {
+        beyond.into_iter().for_each(|index| self.beyond.insert(index));
+        self
     }
 
     /// Whether alpha or a mask hides the pixel with this row-major index.

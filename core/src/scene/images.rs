@@ -208,7 +208,7 @@ fn place(color: ColorImage, hidden: Option<&[bool]>, lens: &Lens, pinhole: &Came
             None => color,
         });
     }
-    let straight = lens.resample(pinhole, &color)?;
+    let straight = lens.straighten(pinhole, &color)?;
     let Some(hidden) = hidden else {
         return Some(straight);
     };

@@ -1,9 +1,11 @@
 //! Lenses that bend straight lines, and the pinhole camera that takes their place.
 
+mod straightening;
+
 use glam::DVec2;
 
+use super::Camera;
 use super::camera::image_size;
-use super::{Camera, ColorImage};
 
 /// Steps of Newton's method before a position counts as having no origin.
 const MOST_STEPS: usize = 30;
@@ -314,25 +316,6 @@ impl Lens {
         let inside = x >= 0.0 && y >= 0.0 && x < f64::from(pinhole.width) && y < f64::from(pinhole.height);
         inside.then_some((x, y))
     }
-
-    /// The image as `pinhole` would have taken it, bilinear; black where it does not reach.
-    ///
-    /// `None` unless `image` has this lens's size, and at least two pixels along each axis.
-    pub fn resample(&self, pinhole: &Camera, image: &ColorImage) -> Option<ColorImage> {
-        let (width, height) = (self.image.width, self.image.height);
-        if (image.width(), image.height()) != (width, height) || width.min(height) < 2 {
-            return None;
-        }
-        let colors = (0..pinhole.height).flat_map(|row| {
-            let place = |column| self.to_image(pinhole, f64::from(column) + 0.5, f64::from(row) + 0.5);
-            // Places of a whole row at once, which processors do several of at a time.
-            let places: Vec<_> = (0..pinhole.width).map(place).collect();
-            places
-                .into_iter()
-                .map(|place| place.map(|(x, y)| bilinear(image, x, y)))
-        });
-        ColorImage::within(pinhole.width, pinhole.height, colors)
-    }
 }
 
 /// Where a pinhole camera shows the normalised position (x, y), in pixels.
@@ -345,30 +328,6 @@ fn in_pixels(camera: &Camera, x: f64, y: f64) -> (f64, f64) {
 fn normalised(camera: &Camera, x: f64, y: f64) -> (f64, f64) {
     let (focal, center) = camera.intrinsics();
     ((DVec2::new(x, y) - center) / focal).into()
-}
-
-/// Colour at an image position, in pixels, from the four pixel centres around it, by shares in 256ths. The image has at
-/// least two pixels along each axis.
-fn bilinear(image: &ColorImage, x: f64, y: f64) -> [u8; 3] {
-    let between = |v: f64, size: u32| {
-        let v = ((v - 0.5) * 256.0 + 0.5) as u32;
-        let first = (v >> 8).min(size - 2);
-        (first, (v - (first << 8)).min(256))
-    };
-    let (column, share_x) = between(x, image.width());
-    let (row, share_y) = between(y, image.height());
-    let beside = |row: u32| {
-        let start = 3 * (row as usize * image.width() as usize + column as usize);
-        &image.bytes()[start..start + 6]
-    };
-    let (upper, lower) = (beside(row), beside(row + 1));
-    let across = |pair: &[u8], channel: usize| {
-        (256 - share_x) * u32::from(pair[channel]) + share_x * u32::from(pair[channel + 3])
-    };
-    std::array::from_fn(|channel| {
-        let sum = (256 - share_y) * across(upper, channel) + share_y * across(lower, channel);
-        ((sum + (1 << 15)) >> 16) as u8
-    })
 }
 
 #[cfg(test)]
@@ -481,34 +440,5 @@ mod tests {
                 assert!(place.is_some(), "{x} {y} {pinhole:?}");
             }
         }
-    }
-
-    #[test]
-    fn a_resampled_gradient_follows_the_formula() {
-        let lens = lens(opencv());
-        let pinhole = lens.pinhole().unwrap();
-        let rgb = (0..48)
-            .flat_map(|y| (0..64).flat_map(move |x| [4 * x as u8, 5 * y as u8, 9]))
-            .collect();
-        let image = ColorImage::new(64, 48, rgb).unwrap();
-        let seen = lens.resample(&pinhole, &image).unwrap();
-        let mut black = 0;
-        for index in 0..pinhole.pixels() {
-            let (column, row) = (index as u32 % pinhole.width, index as u32 / pinhole.width);
-            match lens.to_image(&pinhole, f64::from(column) + 0.5, f64::from(row) + 0.5) {
-                None => {
-                    black += 1;
-                    assert_eq!(seen.pixel(index), [0; 3]);
-                }
-                Some((x, y)) => {
-                    let [r, g, b] = seen.pixel(index).map(f64::from);
-                    let expected = [4.0 * (x - 0.5).clamp(0.0, 63.0), 5.0 * (y - 0.5).clamp(0.0, 47.0)];
-                    assert!((r - expected[0]).abs() < 0.51 && (g - expected[1]).abs() < 0.51 && b == 9.0);
-                }
-            }
-        }
-        assert!(black > 0);
-        let other = ColorImage::new(1, 1, vec![0; 3]).unwrap();
-        assert!(lens.resample(&pinhole, &other).is_none());
     }
 }
