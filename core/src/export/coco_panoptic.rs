@@ -69,8 +69,8 @@ impl Layout for CocoPanoptic {
             let [red, green, blue, _] = numbers[usize::from(place)].to_le_bytes();
             [red, green, blue]
         };
-        let rgb: Vec<u8> = places.iter().flat_map(number).collect();
-        let image = png::encode_rgb(width, height, &rgb)?;
+        let rgb: Vec<[u8; 3]> = places.iter().map(number).collect();
+        let image = png::encode_rgb(width, height, rgb.as_flattened())?;
         let file_name = format!("{}.png", frame.stem());
         let segments = OutputFile::new(format!("{SEGMENTS}/{file_name}"), image);
         let original = original(frame.frame, IMAGES)?;

@@ -246,24 +246,28 @@ impl Objects {
     /// The number of the object of a node of the first map's surface, of a node with this exported class; 0 where it has none.
     pub(super) fn of_node(&self, node: u32, label: ClassId) -> u16 {
         let thing = self.on_surfaces[0].1.of_node(node).map_or(0, ObjectId::number);
-        self.object(label, thing)
+        self.all_of(label).unwrap_or(thing)
     }
 
-    /// The number of the object of an exported class, by that of the thing.
-    fn object(&self, label: ClassId, thing: u16) -> u16 {
+    /// The number of the object that all of an exported class is; `None` for one with things.
+    fn all_of(&self, label: ClassId) -> Option<u16> {
         match label {
-            VOID => 0,
-            label => self.stuff.get(&label).copied().unwrap_or(thing),
+            VOID => Some(0),
+            label => self.stuff.get(&label).copied(),
         }
     }
 
     /// The number of every pixel's object, of pixels with these exported classes, by those that the map knows.
     fn of_pixels(&self, labels: &[ClassId], things: &[u16]) -> Vec<u16> {
-        labels
-            .iter()
-            .zip(things)
-            .map(|(&label, &thing)| self.object(label, thing))
-            .collect()
+        let mut objects = Vec::with_capacity(labels.len());
+        for same in labels.chunk_by(|a, b| a == b) {
+            let (start, end) = (objects.len(), objects.len() + same.len());
+            match self.all_of(same[0]) {
+                Some(object) => objects.resize(end, object),
+                None => objects.extend_from_slice(&things[start..end]),
+            }
+        }
+        objects
     }
 }
 
@@ -518,8 +522,8 @@ pub(super) fn exported<'a>(
         )?;
         void_improbable(&mut labels, &confidence, least);
     }
-    for label in &mut labels {
-        *label = ids.of(*label);
+    for same in labels.chunk_by_mut(|a, b| a == b) {
+        same.fill(ids.of(same[0]));
     }
     let known = objects.zip(map.objects());
     let known = known.map(|(objects, things)| objects.of_pixels(&labels, things));

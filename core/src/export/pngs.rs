@@ -129,6 +129,10 @@ pub(super) fn colors_by_id(classes: &[Class]) -> HashMap<ClassId, [u8; 3]> {
 /// The colour of every pixel's class, row-major `[height, width, 3]`; black for void and ids without a class.
 pub(super) fn class_colors(frame: &Labelled<'_>) -> Vec<u8> {
     let colors = colors_by_id(frame.classes);
-    let color = |label: &ClassId| colors.get(label).copied().unwrap_or_default();
-    frame.labels.iter().flat_map(color).collect()
+    let mut rgb = Vec::with_capacity(frame.labels.len());
+    for same in frame.labels.chunk_by(|a, b| a == b) {
+        let color = colors.get(&same[0]).copied().unwrap_or_default();
+        rgb.resize(rgb.len() + same.len(), color);
+    }
+    rgb.into_flattened()
 }

@@ -13,23 +13,19 @@ type Encoded = Result<Vec<u8>, EncodingError>;
 
 /// Class ids as gray values, 8 bit unless an id exceeds 255. `labels` is row-major `[height, width]`.
 pub(crate) fn encode_labels(width: u32, height: u32, labels: &[ClassId]) -> Encoded {
-    let narrow: Option<Vec<u8>> = labels.iter().map(|&label| u8::try_from(label).ok()).collect();
-    match narrow {
-        Some(bytes) => encode(
-            [width, height],
-            &bytes,
-            (ColorType::Grayscale, BitDepth::Eight),
-            &[],
-        ),
-        None => encode_steps(width, height, labels),
+    if labels.iter().any(|&label| label > u8::MAX.into()) {
+        return encode_steps(width, height, labels);
     }
+    let bytes: Vec<u8> = labels.iter().map(|&label| label as u8).collect();
+    let kind = (ColorType::Grayscale, BitDepth::Eight);
+    encode([width, height], &bytes, kind, &[])
 }
 
 /// 16-bit gray values, row-major `[height, width]`.
 pub(crate) fn encode_steps(width: u32, height: u32, values: &[u16]) -> Encoded {
-    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_be_bytes()).collect();
+    let bytes: Vec<[u8; 2]> = values.iter().map(|value| value.to_be_bytes()).collect();
     let kind = (ColorType::Grayscale, BitDepth::Sixteen);
-    encode([width, height], &bytes, kind, &[])
+    encode([width, height], bytes.as_flattened(), kind, &[])
 }
 
 /// 8-bit colours, row-major `[height, width, 3]`.

@@ -4,8 +4,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Camera, Frame, Lens};
 
-/// For each pixel of an image on disk, row-major, the pixel of its frame at the same place; `None` beyond the frame.
-type Places = Arc<Vec<Option<u32>>>;
+/// For each pixel of an image on disk, row-major, the pixel of its frame at the same place; [`BEYOND`] the frame.
+type Places = Arc<Vec<u32>>;
+
+/// No pixel of any frame.
+const BEYOND: u32 = u32::MAX;
 
 /// The places of the pixels of images on disk, worked out once for frames in turn that were taken with the same lens: each
 /// pixel takes Newton's method.
@@ -27,8 +30,8 @@ impl ImagePixels {
         }
         let width = lens.image.width;
         let place = |index: usize| {
-            let [x, y] = frame.of_image([index as u32 % width, index as u32 / width])?;
-            Some(y * frame.camera.width + x)
+            let place = frame.of_image([index as u32 % width, index as u32 / width]);
+            place.map_or(BEYOND, |[x, y]| y * frame.camera.width + x)
         };
         let places: Places = Arc::new((0..lens.image.pixels()).map(place).collect());
         *last() = Some((frame.camera, lens, Arc::clone(&places)));
@@ -59,7 +62,10 @@ mod tests {
             assert_eq!(known.len(), 24 * 18);
             for (index, place) in (0..).zip(known.iter()) {
                 let expected = frame.of_image([index % 24, index / 24]);
-                assert_eq!(*place, expected.map(|[x, y]| y * frame.camera.width + x));
+                assert_eq!(
+                    *place,
+                    expected.map_or(BEYOND, |[x, y]| y * frame.camera.width + x)
+                );
             }
             // The next frame with this lens shares them.
             assert!(Arc::ptr_eq(&known, &places.of(frame).unwrap()));

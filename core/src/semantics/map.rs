@@ -304,11 +304,9 @@ impl FrameMap {
         };
         let unknown = own_entropy.iter().copied().max().unwrap_or(0);
         let moved = |values: &[u16], without: u16| -> Vec<u16> {
-            let value = |pixel: u32| values.get(pixel as usize).copied();
-            places
-                .iter()
-                .map(|place| place.and_then(value).unwrap_or(without))
-                .collect()
+            let value = |&pixel: &u32| values.get(pixel as usize).copied();
+            let moved = places.iter().map(|place| value(place).unwrap_or(without));
+            moved.collect()
         };
         Cow::Owned(Self {
             width,
