@@ -21,8 +21,8 @@ pub(super) fn segments(
     let mut limits = vec![scale; vertices];
     let mut join_if = |may_join: &dyn Fn(f32, [(f32, u32); 2]) -> bool| {
         for &(cost, a, b) in &edges {
-            let [a, b] = [a, b].map(|vertex| sets.root(vertex) as usize);
-            if a != b && may_join(cost, [a, b].map(|root| (limits[root], sizes[root]))) {
+            let (a, b) = (sets.root(a) as usize, sets.root(b) as usize);
+            if a != b && may_join(cost, [(limits[a], sizes[a]), (limits[b], sizes[b])]) {
                 sets.join(a as u32, b as u32);
                 let root = a.min(b);
                 sizes[root] = sizes[a] + sizes[b];
