@@ -137,24 +137,25 @@ impl ColorImage {
     /// Mean bytes of the pixels of each block of `stride` x `stride`, row-major, with what remains at the right and at the
     /// bottom as smaller blocks.
     pub(crate) fn reduced(&self, stride: u32) -> Vec<[f32; 3]> {
-        let blocks = |size: u32| {
-            (0..size)
-                .step_by(stride as usize)
-                .map(move |at| at..(at + stride).min(size))
-        };
+        let (width, stride) = (self.width as usize, stride as usize);
         let mut means = Vec::new();
-        for rows in blocks(self.height) {
-            for columns in blocks(self.width) {
-                let mut sum = [0_u32; 3];
-                for row in rows.clone() {
-                    let start = 3 * (row * self.width + columns.start) as usize;
-                    for pixel in self.rgb[start..start + 3 * columns.len()].chunks_exact(3) {
-                        for (sum, &value) in sum.iter_mut().zip(pixel) {
-                            *sum += u32::from(value);
-                        }
+        // Of a column of each channel.
+        let mut sums = vec![0_u32; 3 * width];
+        for rows in self.rgb.chunks(3 * width * stride) {
+            sums.fill(0);
+            for row in rows.chunks_exact(3 * width) {
+                for (sum, &value) in sums.iter_mut().zip(row) {
+                    *sum += u32::from(value);
+                }
+            }
+            for columns in sums.chunks(3 * stride) {
+                let mut sum = [0; 3];
+                for column in columns.chunks_exact(3) {
+                    for (sum, value) in sum.iter_mut().zip(column) {
+                        *sum += value;
                     }
                 }
-                let count = (rows.len() * columns.len()) as f32;
+                let count = (rows.len() / (3 * width) * columns.len() / 3) as f32;
                 means.push(sum.map(|sum| sum as f32 / count));
             }
         }

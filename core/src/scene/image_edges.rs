@@ -1,6 +1,6 @@
 //! Edges of an image, and sums around its pixels that stop at them.
 
-use crate::lanes::{Dispatch, F32x16, VectorUnit, dispatched};
+use crate::lanes::{Dispatch, F32x16, VectorUnit, dispatched, rounded_down};
 
 /// Colour distance that counts as much as the whole of a scale, in half 8-bit steps.
 const COLOR: f32 = 16.0;
@@ -31,18 +31,19 @@ pub(crate) struct PassWeights {
 impl ImageEdges {
     /// Those of an image by the colours of its pixels, in 8-bit steps, row-major.
     pub(crate) fn new(colors: &[[f32; 3]], width: usize) -> Self {
-        let step = |from: usize, to: usize| {
-            let apart: f32 = (0..3).map(|c| (colors[from][c] - colors[to][c]).abs()).sum();
-            (apart * (2.0 / 3.0)).min(255.0) as u8
+        let step = |a: &[f32; 3], b: &[f32; 3]| {
+            let apart: f32 = (0..3).map(|c| (a[c] - b[c]).abs()).sum();
+            rounded_down((apart * (2.0 / 3.0)).min(255.0)).1 as u8
         };
-        let pixels = 0..colors.len();
-        let right = |at: usize| at + usize::from(!(at + 1).is_multiple_of(width));
-        let below = |at: usize| if at + width < colors.len() { at + width } else { at };
-        Self {
-            width,
-            across: pixels.clone().map(|at| step(at, right(at))).collect(),
-            down: pixels.map(|at| step(at, below(at))).collect(),
+        let mut across = Vec::with_capacity(colors.len());
+        for row in colors.chunks_exact(width) {
+            across.extend(row.iter().zip(&row[1..]).map(|(a, b)| step(a, b)));
+            across.push(0);
         }
+        let mut down = Vec::with_capacity(colors.len());
+        down.extend(colors.iter().zip(&colors[width..]).map(|(a, b)| step(a, b)));
+        down.resize(colors.len(), 0);
+        Self { width, across, down }
     }
 
     /// Replaces each pixel's values by their sums over the pixels around, which count less the farther they are along
