@@ -77,17 +77,22 @@ impl OccupancyGrid {
     /// Keeps the cells around sparse points occupied from now on: there is a surface, though the field may not have
     /// found it yet. The rays to the points empty no cells, since there are too few of them to mark what lies beside.
     pub fn keep_points(&mut self, scene: &Scene, volume: &Volume) {
-        let cell = 1.0 / OCCUPANCY_RESOLUTION as f32;
+        let mut has_points = vec![false; self.kept.len()];
         for frame in &scene.frames {
             for point in &frame.points {
                 let place = frame.place(point.pixel as usize, point.length);
-                let around = (0..27).map(|k| Vec3::new((k % 3) as f32, (k / 3 % 3) as f32, (k / 9) as f32));
-                for offset in around {
-                    if let Some(index) = index_of(volume.to_unit(place) + cell * (offset - 1.0)) {
-                        self.kept[index] = true;
-                    }
+                if let Some(index) = index_of(volume.to_unit(place)) {
+                    has_points[index] = true;
                 }
             }
+        }
+        for index in (0..has_points.len()).filter(|&index| has_points[index]) {
+            let middle = corner_of(index as u32) + 0.5;
+            let around = (0..27).map(|k| Vec3::new((k % 3) as f32, (k / 3 % 3) as f32, (k / 9) as f32));
+            let around = around.map(|k| (middle + k - 1.0) / OCCUPANCY_RESOLUTION as f32);
+            around
+                .filter_map(index_of)
+                .for_each(|other| self.kept[other] = true);
         }
         self.classify();
     }
@@ -126,10 +131,8 @@ impl OccupancyGrid {
         let positions = cells
             .iter()
             .map(|&cell| {
-                let side = OCCUPANCY_RESOLUTION;
-                let corner = UVec3::new(cell % side, cell / side % side, cell / (side * side));
                 let jitter = Vec3::new(rng.random(), rng.random(), rng.random());
-                (corner.as_vec3() + jitter) / side as f32
+                (corner_of(cell) + jitter) / OCCUPANCY_RESOLUTION as f32
             })
             .collect();
         (cells, positions)
@@ -171,6 +174,12 @@ impl OccupancyGrid {
             *occupied = kept || density > threshold;
         }
     }
+}
+
+/// The corner of a cell nearest to the volume's own, in cells.
+fn corner_of(cell: u32) -> Vec3 {
+    let side = OCCUPANCY_RESOLUTION;
+    UVec3::new(cell % side, cell / side % side, cell / (side * side)).as_vec3()
 }
 
 fn index_of(unit: Vec3) -> Option<usize> {

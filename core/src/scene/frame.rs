@@ -31,6 +31,16 @@ impl PixelSet {
     fn len(&self) -> usize {
         self.0.iter().map(|word| word.count_ones() as usize).sum()
     }
+
+    /// The pixels in order.
+    fn iter(&self) -> impl Iterator<Item = usize> + '_ {
+        self.0.iter().enumerate().flat_map(|(number, &word)| {
+            // The lowest bit of what is left, which is then cleared.
+            let left = std::iter::successors(Some(word), |left| Some(left & left.wrapping_sub(1)));
+            let bits = left.take_while(|&left| left != 0).map(u64::trailing_zeros);
+            bits.map(move |bit| 64 * number + bit as usize)
+        })
+    }
 }
 
 /// A colour image: 8-bit sRGB, row-major `[height, width, 3]`.
@@ -83,6 +93,11 @@ impl ColorImage {
     /// on disk. The colours of others mean nothing.
     pub fn is_valid(&self, index: usize) -> bool {
         !self.hidden.contains(index) && !self.beyond.contains(index)
+    }
+
+    /// The pixels that are not [valid](Self::is_valid); some may come twice.
+    pub(crate) fn invalid(&self) -> impl Iterator<Item = usize> + '_ {
+        self.hidden.iter().chain(self.beyond.iter())
     }
 
     /// Number of the hidden pixels.

@@ -101,11 +101,17 @@ impl<'a> Points<'a> {
         }
         let nearest = |pixel: u32, points: u32| ((pixel + self.step / 2) / self.step).min(points - 1);
         let (camera, grid) = (&self.frame.camera, &self.grid);
-        let mut pixels = Vec::with_capacity(camera.pixels());
+        let columns: Vec<u32> = (0..camera.width)
+            .map(|column| nearest(column, grid.width))
+            .collect();
+        let mut pixels: Vec<u32> = Vec::with_capacity(camera.pixels());
         for row in 0..camera.height {
-            let start = (nearest(row, grid.height) * grid.width) as usize;
-            let values = &values[start..start + grid.width as usize];
-            pixels.extend((0..camera.width).map(|column| values[nearest(column, grid.width) as usize]));
+            let start = nearest(row, grid.height) * grid.width;
+            if row > 0 && start == nearest(row - 1, grid.height) * grid.width {
+                pixels.extend_from_within(pixels.len() - columns.len()..);
+            } else {
+                pixels.extend(columns.iter().map(|column| values[(start + column) as usize]));
+            }
         }
         pixels
     }
@@ -198,12 +204,8 @@ impl VoxelNodes {
         self.look_up_wide_holes(&points, nodes, &mut own);
         fill_holes(&points, &mut own);
         let mut own = points.spread(own);
-        if !frame.is_whole() {
-            for (pixel, node) in own.iter_mut().enumerate() {
-                if !points.pixels.color.is_valid(pixel) {
-                    *node = NO_NODE;
-                }
-            }
+        for pixel in points.pixels.color.invalid() {
+            own[pixel] = NO_NODE;
         }
         NodeMap::pack(frame.camera.width as usize, &own)
     }
