@@ -320,15 +320,16 @@ fn is_peak(strengths: &[f32], width: usize, column: usize, row: usize) -> bool {
 /// ends.
 fn summed(values: &[[f32; 3]], size: usize, step: usize) -> Vec<[f32; 3]> {
     let mut sums = vec![[0.0; 3]; values.len()];
-    for (index, sum) in sums.iter_mut().enumerate() {
-        let place = index / step % size;
-        if place < WINDOW || place + WINDOW >= size {
-            continue;
-        }
-        for offset in 0..=2 * WINDOW {
-            let value = values[index + offset * step - WINDOW * step];
-            for (sum, value) in sum.iter_mut().zip(value) {
-                *sum += value;
+    // Nothing is left of an image that is much longer than high.
+    let line = (size * step).max(1);
+    for (values, sums) in values.chunks(line).zip(sums.chunks_mut(line)) {
+        for place in WINDOW..size.saturating_sub(WINDOW) {
+            let own = sums[place * step..(place + 1) * step].as_flattened_mut();
+            let window = &values[(place - WINDOW) * step..(place + WINDOW + 1) * step];
+            for others in window.chunks(step) {
+                for (sum, value) in own.iter_mut().zip(others.as_flattened()) {
+                    *sum += value;
+                }
             }
         }
     }
