@@ -170,6 +170,18 @@ fn a_shifted_image_is_found_again_between_the_pixels() {
 }
 
 #[test]
+fn images_of_a_single_line_have_no_corners() {
+    // Reduced, nothing of them is left.
+    for [width, height] in [[2 * LONGEST as u32, 1], [1, 2 * LONGEST as u32], [40, 1], [1, 1]] {
+        let frame = wall(1, width, height).frames.remove(0);
+        assert!(
+            Features::of(&frame, LONGEST).places().is_empty(),
+            "{width} x {height}"
+        );
+    }
+}
+
+#[test]
 fn the_share_of_sorted_values_is_counted_from_below() {
     let errors = PixelErrors::of((1..=10).rev().map(f64::from).collect()).unwrap();
     assert_eq!((errors.median_px, errors.p90_px, errors.count), (6.0, 10.0, 10));
