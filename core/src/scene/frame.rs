@@ -79,7 +79,7 @@ impl ColorImage {
     }
 
     /// The same image, of which these pixels, by row-major index, lie beyond the image on disk.
-    pub(super) fn ending_before(mut self, beyond: impl IntoIterator<Item = usize>) -> Self {
+    pub(super) fn lacking(mut self, beyond: impl IntoIterator<Item = usize>) -> Self {
         beyond.into_iter().for_each(|index| self.beyond.insert(index));
         self
     }

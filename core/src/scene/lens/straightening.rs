@@ -7,8 +7,8 @@ use crate::scene::{Camera, ColorImage};
 
 /// Pixels of a row whose places in the image on disk are taken to be on a parabola through three of them.
 const RUN: usize = 16;
-/// Farthest that the places of a run may be from its first, in pixels. So near to one another, a lens bends evenly: the
-/// parabola is off by less than a hundredth of a pixel.
+/// Farthest that the places of a run may be from its first, in pixels: there the parabola is off by less than a hundredth
+/// of a pixel in images of some hundred pixels or more.
 const MOST_APART: f64 = 4.0 * RUN as f64;
 
 impl Lens {
@@ -31,25 +31,24 @@ impl Lens {
             let mut start = place(0);
             for (first, run) in (0..).step_by(RUN).zip(colors.chunks_mut(3 * RUN)) {
                 let (middle, end) = (place(first + RUN / 2), place(first + RUN));
-                let pixels = (0..).zip(run.chunks_exact_mut(3));
-                let color_at = |color: &mut [u8], [x, y]: [i32; 2]| {
-                    color.copy_from_slice(&bilinear(image, beside(x, width), beside(y, height)));
-                };
-                if let Some(place) = on_parabola([start, middle, end]) {
-                    pixels.for_each(|(k, color)| color_at(color, place(k)));
-                } else {
-                    for (k, color) in pixels {
-                        match place(first + k as usize) {
-                            Some(place) => color_at(color, fixed_point(place)),
-                            None => beyond.push(row * columns + first + k as usize),
+                let between = on_parabola([start, middle, end]);
+                start = end;
+                for (k, color) in run.chunks_exact_mut(3).enumerate() {
+                    let shown = match &between {
+                        Some(between) => Some(between(k as i32)),
+                        None => place(first + k).map(fixed_point),
+                    };
+                    match shown {
+                        Some([x, y]) => {
+                            color.copy_from_slice(&bilinear(image, beside(x, width), beside(y, height)))
                         }
+                        None => beyond.push(row * columns + first + k),
                     }
                 }
-                start = end;
             }
         }
         let straight = ColorImage::new(pinhole.width, pinhole.height, rgb)?;
-        Some(straight.ending_before(beyond))
+        Some(straight.lacking(beyond))
     }
 }
 
