@@ -40,7 +40,7 @@ impl Lens {
                     };
                     match shown {
                         Some([x, y]) => {
-                            color.copy_from_slice(&bilinear(image, beside(x, width), beside(y, height)))
+                            color.copy_from_slice(&bilinear(image, beside(x, width), beside(y, height)));
                         }
                         None => beyond.push(row * columns + first + k),
                     }
