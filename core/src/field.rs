@@ -9,8 +9,8 @@ mod occupancy;
 mod plain;
 mod rays;
 mod render;
+mod sampling;
 mod train;
-mod visibility;
 mod volume;
 
 pub(crate) use capacity::median;
@@ -19,10 +19,10 @@ pub use encoding::{FEATURES_PER_LEVEL, GridLevel, GridShape};
 pub(crate) use model::is_alike;
 pub use model::{Backend, RadianceField};
 pub use occupancy::OccupancyGrid;
-pub use rays::{Ray, Samples, Sampling};
+pub use rays::{Ray, Samples};
 pub use render::{RenderedRay, camera_rays, frame_rays, render_rays};
+pub use sampling::Sampling;
 pub use train::{HeldOut, Recipe, Trainer};
-pub use visibility::until_opaque;
 pub use volume::Volume;
 
 /// A failure of the tensor library.

@@ -4,6 +4,7 @@ use glam::{UVec3, Vec3};
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::Volume;
+use crate::lanes::rounded_down;
 use crate::scene::Scene;
 
 /// Cells along each side.
@@ -186,7 +187,7 @@ fn index_of(unit: Vec3) -> Option<usize> {
     let scaled = unit * OCCUPANCY_RESOLUTION as f32;
     let inside = scaled.min_element() >= 0.0 && scaled.max_element() < OCCUPANCY_RESOLUTION as f32;
     inside.then(|| {
-        let UVec3 { x, y, z } = scaled.as_uvec3();
+        let [x, y, z] = scaled.to_array().map(|place| rounded_down(place).1);
         ((z * OCCUPANCY_RESOLUTION + y) * OCCUPANCY_RESOLUTION + x) as usize
     })
 }

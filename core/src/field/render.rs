@@ -4,7 +4,7 @@ use candle_core::Result;
 use glam::{Affine3A, Vec3};
 
 use super::kernels::{Evaluated, Wanted};
-use super::{OccupancyGrid, RadianceField, Ray, Samples, Sampling, until_opaque};
+use super::{OccupancyGrid, RadianceField, Ray, Samples, Sampling};
 use crate::scene::{Camera, Frame};
 
 /// Rays rendered at a time.
@@ -56,8 +56,7 @@ pub fn render_rays(
     };
     let mut rendered = Vec::with_capacity(rays.len());
     for rays in rays.chunks(CHUNK) {
-        let samples = Samples::along(rays, field.volume(), occupancy, sampling);
-        let samples = until_opaque(field, samples, |_| true)?;
+        let samples = Samples::along(field, occupancy, rays, sampling)?;
         if samples.is_empty() {
             rendered.resize(rendered.len() + rays.len(), RenderedRay::default());
             continue;

@@ -16,8 +16,7 @@ use super::exposure::Exposure;
 use super::kernels::{Adam, Wanted};
 use super::model::restore;
 use super::{
-    Backend, Capacity, OccupancyGrid, Preset, RadianceField, Samples, Sampling, Volume, is_alike,
-    render_rays, until_opaque,
+    Backend, Capacity, OccupancyGrid, Preset, RadianceField, Samples, Sampling, Volume, is_alike, render_rays,
 };
 use crate::scene::Scene;
 use batch::{Batch, PixelSource};
@@ -253,8 +252,7 @@ impl Trainer {
         let batch = self.batch();
         let rays = &batch.rays;
         let (mut samples, gaps) = self.field.spare();
-        samples.refill(rays, self.field.volume(), &self.occupancy, self.sampling());
-        let samples = until_opaque(&self.field, samples, |ray| rays[ray].length.is_none())?;
+        samples.refill(&self.field, &self.occupancy, rays, self.sampling())?;
         // Masks may hide all pixels of a batch.
         let count = rays.len().max(1) as f32;
         self.samples_per_ray = 0.9 * self.samples_per_ray + 0.1 * samples.len() as f32 / count;

@@ -6,7 +6,7 @@ use candle_core::Result;
 use glam::Vec3;
 
 use crate::field::kernels::Wanted;
-use crate::field::{OccupancyGrid, RadianceField, Ray, Samples, Sampling, until_opaque};
+use crate::field::{OccupancyGrid, RadianceField, Ray, Samples, Sampling};
 
 /// Samples with a smaller weight in their ray are left out.
 const DIM: f32 = 0.02;
@@ -71,8 +71,7 @@ impl CompositedPlaces {
         rays: &[Ray],
         sampling: Sampling,
     ) -> Result<()> {
-        let samples = Samples::along(rays, field.volume(), occupancy, sampling);
-        let samples = until_opaque(field, samples, |ray| rays[ray].length.is_none())?;
+        let samples = Samples::along(field, occupancy, rays, sampling)?;
         let density = field.evaluate(&samples, Wanted::default())?.density;
         for ray in 0..rays.len() {
             let own = samples.packing.range(ray);

@@ -63,7 +63,7 @@ fn path_speeds(table_log2: u32, rounds: usize, threads: usize) -> Result<Vec<Pat
     let paths = paths.chain([Backend::Plain]);
     let field = |path: Backend| Ok((name(path), RadianceField::new(volume, &capacity, 1, path)?));
     let fields = paths.map(field).collect::<Computed<Vec<_>>>()?;
-    let samples = Arc::new(random_samples(&volume));
+    let samples = Arc::new(random_samples(&fields[0].1)?);
     let gaps = vec![0.0; samples.len()];
     let pool = pool(threads)?;
     let mut times: Vec<Vec<Duration>> = vec![Vec::new(); fields.len()];
@@ -187,7 +187,8 @@ fn training_run(
 }
 
 /// Rays of sixteen samples each from the middle of the volume to all sides.
-fn random_samples(volume: &Volume) -> Samples {
+fn random_samples(field: &RadianceField) -> Computed<Samples> {
+    let volume = field.volume();
     let mut rng = SmallRng::seed_from_u64(1);
     let ray = |_| {
         let mut random = || rng.random_range(-1.0_f32..1.0);
@@ -199,7 +200,8 @@ fn random_samples(volume: &Volume) -> Samples {
     };
     let rays: Vec<Ray> = (0..SAMPLES / 16).map(ray).collect();
     let sampling = Sampling::new(0.02, [6, 10], Some(1));
-    Samples::along(&rays, volume, &OccupancyGrid::unknown(0.02), sampling)
+    let occupancy = OccupancyGrid::unknown(sampling.step);
+    Samples::along(field, &occupancy, &rays, sampling)
 }
 
 /// Measures, writes `engine.json`, and prints.

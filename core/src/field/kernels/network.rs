@@ -116,7 +116,6 @@ impl Activations {
 pub struct Gradients {
     color_out: Vec<F32x16>,
     color_hidden: Vec<F32x16>,
-    color_in: Vec<F32x16>,
     out: Vec<F32x16>,
     hidden: Vec<F32x16>,
     /// Sum over all samples so far, as [`NetworkShape::split`] has it.
@@ -203,7 +202,6 @@ fn backward_on<U: VectorUnit>(
     gradients
         .color_hidden
         .resize(groups * shape.color_hidden, F32x16::ZERO);
-    gradients.color_in.resize(groups * COLOR_IN, F32x16::ZERO);
     gradients.out.resize(groups * OUT, F32x16::ZERO);
     gradients.hidden.resize(groups * shape.hidden, F32x16::ZERO);
     gradients.weights.resize(shape.weights(), 0.0);
@@ -219,10 +217,8 @@ fn backward_on<U: VectorUnit>(
         let color_hidden = &mut gradients.color_hidden[range.clone()];
         linear(unit, fourth, color_out, color_hidden, false);
         gate(unit, color_hidden, &activations.color_hidden[range]);
-        let color_in = &mut gradients.color_in[group * COLOR_IN..(group + 1) * COLOR_IN];
-        linear(unit, third, color_hidden, color_in, false);
         let out = &mut gradients.out[group * OUT..(group + 1) * OUT];
-        out[1..].copy_from_slice(&color_in[..GEOMETRY_FEATURES]);
+        linear(unit, third, color_hidden, &mut out[1..], false);
         let log = &activations.out[group * OUT].0;
         for lane in 0..LANES {
             let shifted = log[lane] + INITIAL_LOG_DENSITY;
@@ -258,7 +254,8 @@ fn backward_on<U: VectorUnit>(
     }
 }
 
-/// y = xW for one group, `W` row-major `[inputs, outputs]`; negative results become zero with `relu`.
+/// y = xW for one group, or the first columns of it, `W` row-major `[inputs, outputs]`; negative results become zero with
+/// `relu`.
 #[inline(always)]
 fn linear<U: VectorUnit>(unit: U, weights: &[f32], x: &[F32x16], y: &mut [F32x16], relu: bool) {
     let outputs = y.len();
@@ -266,13 +263,13 @@ fn linear<U: VectorUnit>(unit: U, weights: &[f32], x: &[F32x16], y: &mut [F32x16
     while output < outputs {
         let left = outputs - output;
         output += if U::BLOCK >= 8 && left >= 8 {
-            block::<U, 8>(unit, weights, outputs, output, x, y, relu)
+            block::<U, 8>(unit, weights, output, x, y, relu)
         } else if U::BLOCK >= 4 && left >= 4 {
-            block::<U, 4>(unit, weights, outputs, output, x, y, relu)
+            block::<U, 4>(unit, weights, output, x, y, relu)
         } else if left >= 2 {
-            block::<U, 2>(unit, weights, outputs, output, x, y, relu)
+            block::<U, 2>(unit, weights, output, x, y, relu)
         } else {
-            block::<U, 1>(unit, weights, outputs, output, x, y, relu)
+            block::<U, 1>(unit, weights, output, x, y, relu)
         };
     }
 }
@@ -281,14 +278,13 @@ fn linear<U: VectorUnit>(unit: U, weights: &[f32], x: &[F32x16], y: &mut [F32x16
 fn block<U: VectorUnit, const B: usize>(
     unit: U,
     weights: &[f32],
-    outputs: usize,
     output: usize,
     x: &[F32x16],
     y: &mut [F32x16],
     relu: bool,
 ) -> usize {
     let mut sums = [unit.splat_f32s(0.0); B];
-    for (x, row) in x.iter().zip(weights.chunks_exact(outputs)) {
+    for (x, row) in x.iter().zip(weights.chunks_exact(weights.len() / x.len())) {
         let x = unit.load(x);
         let row = &row[output..output + B];
         for b in 0..B {

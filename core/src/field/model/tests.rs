@@ -35,7 +35,7 @@ fn fused() -> RadianceField {
 }
 
 /// Rays of all kinds: of known and unknown length, and one that misses the volume.
-fn samples(volume: &Volume) -> (Arc<Samples>, Vec<f32>) {
+fn samples(field: &RadianceField) -> (Arc<Samples>, Vec<f32>) {
     let mut rng = SmallRng::seed_from_u64(9);
     let rays: Vec<Ray> = (0..90)
         .map(|number| {
@@ -52,7 +52,7 @@ fn samples(volume: &Volume) -> (Arc<Samples>, Vec<f32>) {
         })
         .collect();
     let sampling = Sampling::new(0.06, [4, 6], Some(3));
-    let samples = Samples::along(&rays, volume, &OccupancyGrid::unknown(0.06), sampling);
+    let samples = Samples::along(field, &OccupancyGrid::unknown(0.06), &rays, sampling).unwrap();
     let gaps = (0..samples.len()).map(|_| rng.random_range(0.0..1.0)).collect();
     (Arc::new(samples), gaps)
 }
@@ -92,7 +92,7 @@ fn rendered(field: &RadianceField, samples: &(Arc<Samples>, Vec<f32>)) -> (Vec<f
 #[test]
 fn the_fused_kernels_equal_plain_candle_ops_on_every_vector_unit() {
     let plain = field(Backend::Plain);
-    let samples = samples(plain.volume());
+    let samples = samples(&plain);
     let wanted = Wanted {
         color: true,
         features: true,
@@ -121,7 +121,7 @@ fn the_fused_kernels_equal_plain_candle_ops_on_every_vector_unit() {
 #[test]
 fn the_fused_gradient_is_the_same_for_any_number_of_threads() {
     let field = fused();
-    let samples = samples(field.volume());
+    let samples = samples(&field);
     let on = |threads| on_threads(threads, || rendered(&field, &samples));
     assert_eq!(on(1), on(3));
 }
@@ -139,7 +139,7 @@ fn rays_without_samples_render_to_nothing() {
     };
     let grid = OccupancyGrid::unknown(0.06);
     for field in [fused(), field(Backend::Plain)] {
-        let samples = Samples::along(&[miss; 3], field.volume(), &grid, sampling);
+        let samples = Samples::along(&field, &grid, &[miss; 3], sampling).unwrap();
         let out = field.render(Arc::new(samples), Vec::new()).unwrap();
         assert_eq!(out.to_vec2::<f32>().unwrap(), [[0.0; 7]; 3]);
     }
