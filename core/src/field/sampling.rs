@@ -7,7 +7,7 @@ use candle_core::Result;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use rayon::prelude::*;
 
-use super::kernels::{Evaluated, Wanted, split_off};
+use super::kernels::{Evaluated, Wanted};
 use super::rays::direction_features;
 use super::{OccupancyGrid, RadianceField, Ray, Samples, Volume};
 
@@ -102,33 +102,27 @@ impl Samples {
                 portion.sample(field, occupancy, (number * PORTION, rays), sampling)
             })?;
 
-        let packing = &mut self.packing;
+        let Self {
+            packing,
+            positions,
+            directions,
+        } = self;
         packing.starts.clear();
-        let mut total = 0;
-        packing.starts.push(total);
-        let sampled = || portions[..count].iter().flat_map(|portion| &portion.rays);
-        for ray in sampled() {
-            total += ray.intervals.len() as u32;
-            packing.starts.push(total);
-        }
-        self.directions.clear();
-        self.directions
-            .extend(rays.iter().map(|ray| direction_features(ray.direction)));
-        packing.t.resize(total as usize, 0.0);
-        packing.dt.resize(total as usize, 0.0);
-        self.positions.resize(3 * total as usize, 0.0);
-        let mut rest = (&mut packing.t[..], &mut packing.dt[..], &mut self.positions[..]);
-        for (ray, own) in rays.iter().zip(sampled()) {
-            let length = own.intervals.len();
-            let places = split_off(&mut rest.0, length)
-                .iter_mut()
-                .zip(split_off(&mut rest.1, length))
-                .zip(split_off(&mut rest.2, 3 * length).chunks_exact_mut(3));
-            for (((t, dt), position), interval) in places.zip(&own.intervals) {
-                (*t, *dt) = *interval;
-                let unit = field.volume().to_unit(ray.origin + *t * ray.direction);
-                position.copy_from_slice(&unit.to_array());
+        packing.t.clear();
+        packing.dt.clear();
+        positions.clear();
+        directions.clear();
+        packing.starts.push(0);
+        let sampled = portions[..count].iter().flat_map(|portion| &portion.rays);
+        for (ray, own) in rays.iter().zip(sampled) {
+            for &(t, dt) in &own.intervals {
+                let unit = field.volume().to_unit(ray.origin + t * ray.direction);
+                packing.t.push(t);
+                packing.dt.push(dt);
+                positions.extend(unit.to_array());
             }
+            packing.starts.push(packing.t.len() as u32);
+            directions.push(direction_features(ray.direction));
         }
         PORTIONS.set(portions);
         Ok(())
@@ -149,8 +143,8 @@ struct Portion {
 struct Sampled {
     /// (t, dt), ascending.
     intervals: Vec<(f32, f32)>,
-    /// Optical depth of each two intervals that were looked at.
-    depths: Vec<f32>,
+    /// Optical depth of each pair of intervals that was looked at.
+    optical_depths: Vec<f32>,
     /// What goes on from here; `None` at the end of the ray.
     rest: Option<Rest>,
 }
@@ -195,7 +189,7 @@ impl Portion {
                 own.march(ray, field.volume(), occupancy, sampling.step);
             }
             let points = rays.iter().zip(&self.rays).flat_map(|(ray, own)| {
-                let new = own.new_pairs().iter().step_by(2);
+                let new = own.new_intervals().iter().step_by(2);
                 new.map(|(t, _)| field.volume().to_unit(ray.origin + *t * ray.direction).to_array())
             });
             self.points.refill_points(points);
@@ -217,7 +211,7 @@ impl Sampled {
     /// Samples a ray of known length, or starts at the beginning of another.
     fn begin(&mut self, ray: &Ray, volume: &Volume, sampling: Sampling, mut jitter: Jitter) {
         self.intervals.clear();
-        self.depths.clear();
+        self.optical_depths.clear();
         self.rest = None;
         if let Some(length) = ray.length {
             self.guide(length, sampling, &mut jitter);
@@ -263,28 +257,31 @@ impl Sampled {
     }
 
     /// Intervals of a ray of unknown length that were not looked at yet.
-    fn new_pairs(&self) -> &[(f32, f32)] {
-        let looked_at = 2 * self.depths.len();
+    fn new_intervals(&self) -> &[(f32, f32)] {
+        let looked_at = 2 * self.optical_depths.len();
         match self.rest {
             Some(_) => self.intervals.get(looked_at..).unwrap_or_default(),
             None => &[],
         }
     }
 
-    /// Takes the density at the first of each two new intervals, and ends the ray where hardly any light is left.
+    /// Takes the density at the first of each pair of new intervals, and ends the ray where hardly any light is left.
     fn look(&mut self, density: &mut &[f32]) {
-        let new = self.new_pairs().len();
+        let new = self.new_intervals().len();
         let (own, others) = density.split_at(new.div_ceil(2));
         *density = others;
         let Some(mut rest) = self.rest.take() else {
             return;
         };
-        for (density, pair) in own.iter().zip(self.intervals[2 * self.depths.len()..].chunks(2)) {
-            let depth = density * pair.iter().map(|(_, dt)| dt).sum::<f32>();
-            self.depths.push(depth);
-            rest.transmittance *= (-depth).exp();
+        for (density, pair) in own
+            .iter()
+            .zip(self.intervals[2 * self.optical_depths.len()..].chunks(2))
+        {
+            let optical_depth = density * pair.iter().map(|(_, dt)| dt).sum::<f32>();
+            self.optical_depths.push(optical_depth);
+            rest.transmittance *= (-optical_depth).exp();
             if rest.transmittance < DARK {
-                self.intervals.truncate(2 * self.depths.len());
+                self.intervals.truncate(2 * self.optical_depths.len());
                 return;
             }
         }
@@ -295,11 +292,12 @@ impl Sampled {
 
     /// Keeps one of up to four intervals where there is next to nothing in them and around, and lets it stand for all.
     fn thin_out(&mut self) {
-        let is_thin = |pair: usize| self.depths.get(pair).is_none_or(|&depth| depth < THIN);
+        let is_thin = |pair: usize| self.optical_depths.get(pair).is_none_or(|&depth| depth < THIN);
         let is_alone = |pair: usize| [pair.wrapping_sub(1), pair, pair + 1].into_iter().all(is_thin);
         let (mut pair, mut kept) = (0, 0);
-        while pair < self.depths.len() {
-            let alone = (pair..self.depths.len().min(pair + MERGED)).take_while(|&pair| is_alone(pair));
+        while pair < self.optical_depths.len() {
+            let alone =
+                (pair..self.optical_depths.len().min(pair + MERGED)).take_while(|&pair| is_alone(pair));
             let merged = alone.count();
             let own = 2 * pair..self.intervals.len().min(2 * (pair + merged.max(1)));
             if merged == 0 {
@@ -314,7 +312,7 @@ impl Sampled {
             }
             pair += merged.max(1);
         }
-        if !self.depths.is_empty() {
+        if !self.optical_depths.is_empty() {
             self.intervals.truncate(kept);
         }
     }
@@ -404,7 +402,7 @@ mod tests {
     fn samples_stand_for_others_only_away_from_what_there_is() {
         let mut ray = Sampled {
             intervals: (0..13).map(|k| (k as f32, 1.0)).collect(),
-            depths: vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+            optical_depths: vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
             rest: None,
         };
         ray.thin_out();
