@@ -16,7 +16,7 @@ use inplace_model::preferences::{PreferenceChange, Theme};
 use crate::stand::*;
 
 /// A picture that stays the same for so long is complete.
-const REST: Duration = Duration::from_millis(400);
+const REST: Duration = Duration::from_secs(1);
 /// How long it may take to get there.
 const PATIENCE: Duration = Duration::from_secs(20);
 
