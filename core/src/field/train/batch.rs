@@ -1,6 +1,7 @@
 //! The pixels of a training step.
 
 use glam::Vec3;
+use rand::seq::IndexedRandom;
 use rand::{Rng, rngs::SmallRng};
 
 use super::super::Ray;
@@ -8,8 +9,10 @@ use crate::scene::Scene;
 
 /// One ray in this number goes through a sparse point, where the capture has sparse points.
 const SPARSE_EVERY: usize = 3;
-/// Steps in which the points that stereo found count. They give the field its shape sooner than colours do; later they would
-/// hold it where they are wrong.
+/// One ray in this number goes through a point that stereo found, in so many steps. They give the field its shape sooner
+/// than colours do; more of them, or later, would hold it where they are wrong. A multiple of the number above, so that no
+/// ray is due for both.
+const STEREO_EVERY: usize = 9;
 const STEREO_STEPS: u64 = 1000;
 /// Share of the rays that come in threes, evenly spaced on a line across the image, where no depth is
 /// measured.
@@ -36,10 +39,10 @@ pub struct Batch {
 #[derive(Debug)]
 pub struct PixelSource {
     frames: Vec<usize>,
-    /// Sparse points: (frame, index of the point); first those that always count.
+    /// Sparse points of the capture: (frame, index of the point).
     sparse: Vec<(usize, usize)>,
-    /// How many of them always count.
-    lasting: usize,
+    /// Those that stereo found.
+    stereo: Vec<(usize, usize)>,
     triples: bool,
 }
 
@@ -49,10 +52,10 @@ impl PixelSource {
         let points_of =
             |&frame: &usize| (0..scene.frames[frame].points.len()).map(move |point| (frame, point));
         let by_stereo = |&(frame, point): &(usize, usize)| scene.frames[frame].points[point].by_stereo;
-        let (first, lasting): (Vec<_>, Vec<_>) = frames.iter().flat_map(points_of).partition(by_stereo);
+        let (stereo, sparse) = frames.iter().flat_map(points_of).partition(by_stereo);
         Self {
-            lasting: lasting.len(),
-            sparse: [lasting, first].concat(),
+            sparse,
+            stereo,
             frames,
             triples,
         }
@@ -61,11 +64,6 @@ impl PixelSource {
     /// About `count` random rays for a step after so many others; pixels that the image does not show are left out.
     pub fn draw(&self, scene: &Scene, steps: u64, count: usize, rng: &mut SmallRng) -> Batch {
         let mut batch = Batch::default();
-        let counting = if steps < STEREO_STEPS {
-            self.sparse.len()
-        } else {
-            self.lasting
-        };
         if self.triples {
             self.draw_triples(
                 scene,
@@ -75,8 +73,12 @@ impl PixelSource {
             );
         }
         for number in batch.rays.len()..count {
-            let (frame, index, length) = if number % SPARSE_EVERY == 0 && counting > 0 {
-                let (frame, point) = self.sparse[rng.random_range(0..counting)];
+            let points = match number {
+                _ if number % SPARSE_EVERY == 0 => self.sparse.as_slice(),
+                _ if number % STEREO_EVERY == 1 && steps < STEREO_STEPS => &self.stereo,
+                _ => &[],
+            };
+            let (frame, index, length) = if let Some(&(frame, point)) = points.choose(rng) {
                 let point = scene.frames[frame].points[point];
                 (frame, point.pixel as usize, Some(point.length))
             } else {
@@ -199,7 +201,8 @@ mod tests {
             known.map(|(_, &frame)| frame).collect::<Vec<u32>>()
         };
         let first = frames(STEREO_STEPS - 1);
-        assert!(first.len() == 100 && first.contains(&0) && first.contains(&1));
+        let of_frame = |frame| first.iter().filter(|&&own| own == frame).count();
+        assert_eq!([of_frame(0), of_frame(1)], [34, 100]);
         assert_eq!(frames(STEREO_STEPS), [1; 100]);
     }
 }
