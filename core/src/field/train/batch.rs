@@ -9,8 +9,8 @@ use crate::scene::Scene;
 
 /// One ray in this number goes through a sparse point, where the capture has sparse points.
 const SPARSE_EVERY: usize = 3;
-/// One ray in this number goes through a point that stereo found, in so many steps. They give the field its shape sooner
-/// than colours do; more of them, or later, would hold it where they are wrong. A multiple of the number above, so that no
+/// One ray in this number goes through a point that stereo found, in the first steps, so many. They give the field its shape
+/// sooner than colours do; more or later ones would hold it where they are wrong. A multiple of the number above, so that no
 /// ray is due for both.
 const STEREO_EVERY: usize = 9;
 const STEREO_STEPS: u64 = 1000;
@@ -73,10 +73,12 @@ impl PixelSource {
             );
         }
         for number in batch.rays.len()..count {
-            let points = match number {
-                _ if number % SPARSE_EVERY == 0 => self.sparse.as_slice(),
-                _ if number % STEREO_EVERY == 1 && steps < STEREO_STEPS => &self.stereo,
-                _ => &[],
+            let points: &[_] = if number % SPARSE_EVERY == 0 {
+                &self.sparse
+            } else if number % STEREO_EVERY == 1 && steps < STEREO_STEPS {
+                &self.stereo
+            } else {
+                &[]
             };
             let (frame, index, length) = if let Some(&(frame, point)) = points.choose(rng) {
                 let point = scene.frames[frame].points[point];
