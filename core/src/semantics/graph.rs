@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 /// Most neighbours that a node chooses; the graph is symmetric, so a node can have more. With more of them,
 /// paths find their way around more borders.
-const NEIGHBOURS: usize = 5;
+pub(super) const NEIGHBOURS: usize = 5;
 /// Farthest neighbour, in voxels.
 const REACH: f32 = 2.5;
 /// Cost of a unit of squared colour difference (channels in 0..=1), and the share of it for differences in brightness
@@ -51,7 +51,12 @@ impl SurfaceGraph {
     /// Joins nodes to their nearest neighbours; parts that stay apart are joined at their nearest nodes,
     /// so that every label can reach every node.
     pub fn new(nodes: Vec<Node>) -> Self {
-        let mut pairs = neighbours(&nodes);
+        Self::joined(nodes, NEIGHBOURS)
+    }
+
+    /// The same with so many neighbours that a node chooses.
+    pub(super) fn joined(nodes: Vec<Node>, count: usize) -> Self {
+        let mut pairs = neighbours(&nodes, count);
         let nodes = smoothed(nodes, &pairs);
         join_parts(&nodes, &mut pairs);
         let mut directed: Vec<(u32, u32)> = pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]).collect();
@@ -129,8 +134,8 @@ fn edge_cost(a: &Node, b: &Node) -> f32 {
     color / (1.0 + color / MOST_COLOR_COST) + bend + DISTANCE_COST * distance
 }
 
-/// Each node's nearest neighbours, as pairs with the smaller index first, without repetition.
-fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
+/// Each node's nearest neighbours, so many of them, as pairs with the smaller index first, without repetition.
+fn neighbours(nodes: &[Node], count: usize) -> Vec<(u32, u32)> {
     let cell_of = |node: &Node| {
         (
             node.voxel.to_bits(),
@@ -161,13 +166,13 @@ fn neighbours(nodes: &[Node]) -> Vec<(u32, u32)> {
                 }
                 // What lies outside of these cells is at least that far away, so that few nodes need the outermost.
                 let outside = (reach as f32 * node.voxel).powi(2);
-                if found.iter().filter(|(squared, _)| *squared < outside).count() >= NEIGHBOURS {
+                if found.iter().filter(|(squared, _)| *squared < outside).count() >= count {
                     break;
                 }
             }
-            if found.len() > NEIGHBOURS {
-                found.select_nth_unstable_by(NEIGHBOURS - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                found.truncate(NEIGHBOURS);
+            if found.len() > count {
+                found.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                found.truncate(count);
             }
             let index = index as u32;
             found

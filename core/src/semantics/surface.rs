@@ -6,8 +6,8 @@ use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::graph::{Node, SurfaceGraph};
-use super::voxels::{OtherFrames, Points, Voxel, VoxelNodes, Voxels};
+use super::graph::{NEIGHBOURS, Node, SurfaceGraph};
+use super::voxels::{OtherFrames, Parting, Points, Voxel, VoxelNodes, Voxels};
 use super::{FieldDepth, Look, NO_NODE, NodeMap, Superpixels, pixel_length};
 use crate::features::{COMPONENTS, FrameFeatures, ImageFeatures, normalise};
 use crate::field::median;
@@ -19,17 +19,26 @@ struct Fusion {
     footprints: f32,
     /// Pixels that must show a voxel for it to count.
     fewest_pixels: f32,
+    /// Standard deviation of a channel, in 0..=1, from which a voxel is parted by it.
+    spread: f32,
+    /// Neighbours that a voxel chooses.
+    neighbours: usize,
 }
 /// Measured depth.
 const MEASURED: Fusion = Fusion {
     footprints: 2.5,
     fewest_pixels: 3.0,
+    spread: f32::INFINITY,
+    neighbours: NEIGHBOURS,
 };
 /// Estimated depth differs between frames: thinner voxels would hold several layers of it, and what few pixels show is
-/// a mistake, not a thing.
+/// a mistake, not a thing. It joins what lies behind one another, the legs of a chair and the floor, which colours tell
+/// apart; where a voxel is parted, as many neighbours again lie at each distance.
 const ESTIMATED: Fusion = Fusion {
     footprints: 3.5,
     fewest_pixels: 9.0,
+    spread: 0.06,
+    neighbours: 8,
 };
 /// Smallest side of a voxel in multiples of the noise of the measured depth: a thinner one would hold one layer of it.
 const VOXEL_NOISES: f32 = 20.0;
@@ -73,8 +82,31 @@ pub struct Surface {
 struct Sum {
     position: Vec3,
     color: Vec3,
+    /// Of the squares of each channel.
+    squares: Vec3,
     normal: Vec3,
     pixels: f32,
+}
+
+impl Sum {
+    fn add(&mut self, other: &Self) {
+        self.position += other.position;
+        self.color += other.color;
+        self.squares += other.squares;
+        self.normal += other.normal;
+        self.pixels += other.pixels;
+    }
+
+    /// Where the colours part in the channel that differs most, if its standard deviation is this large, and if either
+    /// half may have enough pixels to count.
+    fn parting(&self, fusion: &Fusion) -> Option<Parting> {
+        let mean = self.color / self.pixels;
+        let variance = self.squares / self.pixels - mean * mean;
+        let channel = variance.max_position();
+        let parts = self.pixels >= 2.0 * fusion.fewest_pixels && variance[channel] > fusion.spread.powi(2);
+        let above = mean[channel];
+        parts.then_some(Parting { channel, above })
+    }
 }
 
 /// A scene with the field's depth where none was measured. The lengths of a frame's pixels are computed whenever they
@@ -194,6 +226,15 @@ impl Surface {
             drop(sums);
             sums = fuse(&voxels, lengths, stride);
         }
+        let fusion = lengths.fusion();
+        let partings = sums
+            .iter()
+            .filter_map(|(&cell, sum)| Some((cell, sum.parting(&fusion)?)));
+        voxels.partings = partings.collect();
+        if !voxels.partings.is_empty() {
+            drop(sums);
+            sums = fuse(&voxels, lengths, stride);
+        }
         Some(Self::from_sums(voxels, is_sharp, sums, lengths))
     }
 
@@ -204,8 +245,9 @@ impl Surface {
         // A fixed order, whatever order the frames were fused in: by cubes and the cubes in them, so that floods find
         // neighbours in the processor's cache.
         let cubes = |index: IVec3| [6, 4, 2, 0].map(|bits: i32| (index >> bits).to_array());
-        sums.sort_by_cached_key(|(cell, _)| (cell.shell, cubes(cell.index)));
-        let fewest = lengths.fusion().fewest_pixels.min(keyframes.len() as f32);
+        sums.sort_by_cached_key(|(cell, _)| (cell.shell, cubes(cell.index), cell.half));
+        let fusion = lengths.fusion();
+        let fewest = fusion.fewest_pixels.min(keyframes.len() as f32);
         sums.retain(|(_, sum)| sum.pixels >= fewest);
         let places = VoxelNodes::new(voxels, sums.iter().map(|(cell, _)| *cell));
         let nodes = sums
@@ -215,10 +257,10 @@ impl Surface {
                 color: sum.color / sum.pixels,
                 normal: sum.normal.normalize_or_zero(),
                 pixels: sum.pixels,
-                voxel: voxels.side_of(cell.shell),
+                voxel: places.voxels.side_of(cell.shell),
             })
             .collect();
-        let graph = SurfaceGraph::new(nodes);
+        let graph = SurfaceGraph::joined(nodes, fusion.neighbours);
         let shown: Vec<Arc<NodeMap>> = keyframes
             .par_iter()
             .map(|&number| {
@@ -238,12 +280,13 @@ impl Surface {
             .iter()
             .map(|frame| -Vec3::from(frame.camera_to_world.matrix3.y_axis))
             .sum();
+        let voxel = places.voxels.side;
         Self {
             look: Arc::new(Look::new(&graph, up)),
             graph,
             pixels,
             others: OtherFrames::new(others.collect(), places),
-            voxel: voxels.side,
+            voxel,
             is_sharp,
             superpixels: Arc::default(),
         }
@@ -277,11 +320,14 @@ fn fuse(voxels: &Voxels, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Voxel, 
                         }),
                     };
                     last = Some((cell, own));
-                    let sum = &mut sums[own].1;
-                    sum.position += share * place;
-                    sum.color += share * points.pixels.color.color(points.pixel(point));
-                    sum.normal += share * normal(&points, [column, row], reach);
-                    sum.pixels += share;
+                    let color = points.pixels.color.color(points.pixel(point));
+                    sums[own].1.add(&Sum {
+                        position: share * place,
+                        color: share * color,
+                        squares: share * color * color,
+                        normal: share * normal(&points, [column, row], reach),
+                        pixels: share,
+                    });
                 }
             }
         }
@@ -294,11 +340,7 @@ fn fuse(voxels: &Voxels, lengths: Lengths<'_>, stride: u32) -> FxHashMap<Voxel, 
         let parts: Vec<_> = block.par_iter().map(|&number| of_frame(number)).collect();
         for part in parts {
             for (cell, sum) in part {
-                let total = all.entry(cell).or_default();
-                total.position += sum.position;
-                total.color += sum.color;
-                total.normal += sum.normal;
-                total.pixels += sum.pixels;
+                all.entry(cell).or_default().add(&sum);
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::field::{Preset, Trainer, frame_rays};
 use crate::labels::testing::{clicked, import_plain};
 use crate::labels::{ClassId, History, ImportedMap, LabelSet, Stroke, Trust, VOID, rasterise};
 use crate::scene::testing::{hide, wall, without_depth};
-use crate::scene::{DepthMap, Scene};
+use crate::scene::{DepthMap, Frame, Scene};
 use crate::session::sampling;
 
 /// The classes of a wall, without labels.
@@ -244,6 +244,39 @@ fn maps_have_the_borders_of_the_image_where_voxels_lie_across() {
     }
     assert!(by_voxels >= 48, "{by_voxels}");
     assert!(10 * in_maps < by_voxels, "{in_maps} {by_voxels}");
+}
+
+#[test]
+fn where_depth_is_estimated_a_voxel_on_a_border_has_a_node_for_each_side_of_it() {
+    let mut measured = wall(5, 64, 48);
+    for frame in &mut measured.frames {
+        frame.camera_to_world.translation.x += 0.06;
+    }
+    let lengths = |frame: &Frame| {
+        let (camera, _) = frame_rays(frame, 4);
+        let known = |at| frame.ray_length(frame.camera.middle_of_reduced(4, at));
+        let lengths = (0..camera.pixels()).map(|at| known(at).unwrap()).collect();
+        let (stride, width) = (4, camera.width);
+        Some(Arc::new(FieldDepth {
+            stride,
+            width,
+            lengths,
+        }))
+    };
+    let estimated: Vec<_> = measured.frames.iter().map(lengths).collect();
+    let has_both = |scene: &Scene, depth: &[Option<Arc<FieldDepth>>]| {
+        let surface = Surface::build(scene, depth, 5.0).unwrap();
+        let mut sides = vec![[false; 2]; surface.graph.len()];
+        for frame in 0..5 {
+            let nodes = surface.pixels[frame].unpack();
+            for (&node, class) in nodes.iter().zip(truth(scene, frame)) {
+                sides[node as usize][usize::from(class == 2)] = true;
+            }
+        }
+        sides.iter().filter(|&&sides| sides == [true; 2]).count()
+    };
+    assert!(has_both(&measured, &[]) > 5);
+    assert_eq!(has_both(&without_depth(measured), &estimated), 0);
 }
 
 #[test]

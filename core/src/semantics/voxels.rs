@@ -24,15 +24,24 @@ const NARROW: u32 = 5;
 /// Fewest points of a frame in the width of a voxel at the median depth, where there are pixels enough.
 const POINTS: f32 = 3.5;
 
-/// A voxel: on the surface or on the shell.
+/// A voxel, or one of the two that it is parted into: on the surface or on the shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Voxel {
     pub shell: bool,
     pub index: IVec3,
+    /// Of one that is parted: whether the brighter colours are its own.
+    pub half: Option<bool>,
+}
+
+/// What parts the colours of a voxel: a channel, and the value above which its pixels are in the brighter half.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parting {
+    pub channel: usize,
+    pub above: f32,
 }
 
 /// Voxel sizes, and the voxel of each pixel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Voxels {
     /// Side of a voxel on the surface, in metres.
     pub side: f32,
@@ -41,6 +50,8 @@ pub(super) struct Voxels {
     /// Width of a pixel at the median depth, in metres, where the images decide the borders of labels; 0 where depth does,
     /// so that every pixel's counts.
     pixel: f32,
+    /// The voxels that are parted.
+    pub partings: FxHashMap<Voxel, Parting>,
 }
 
 /// Pixels of a frame as points of the world: every so many along each axis, the first in the corner.
@@ -125,6 +136,7 @@ impl Voxels {
             side,
             shell: SHELL_DISTANCE * extent,
             pixel,
+            partings: FxHashMap::default(),
         }
     }
 
@@ -156,14 +168,20 @@ impl Voxels {
         let length = if shell { self.shell } else { length };
         let place = points.frame.center() + length * points.directions[point];
         let index = (Vec3A::from(place) / self.side_of(shell)).floor().as_ivec3();
-        Some((Voxel { shell, index }, place))
+        let half = None;
+        let mut cell = Voxel { shell, index, half };
+        if let Some(parting) = self.partings.get(&cell) {
+            let color = points.pixels.color.color(points.pixel(point));
+            cell.half = Some(color[parting.channel] > parting.above);
+        }
+        Some((cell, place))
     }
 }
 
 /// The node of each voxel that has one.
 #[derive(Debug)]
 pub(super) struct VoxelNodes {
-    voxels: Voxels,
+    pub voxels: Voxels,
     index: FxHashMap<Voxel, u32>,
 }
 
@@ -234,21 +252,23 @@ impl VoxelNodes {
         }
     }
 
-    /// The node of a voxel and true, or else that of the neighbouring voxel nearest to the place.
+    /// The node of a voxel and true, or else that of its other half, or of the neighbouring voxel, nearest to the place.
     fn node_of(&self, cell: Voxel, place: Vec3, nodes: &[Node]) -> (u32, bool) {
         if let Some(&node) = self.index.get(&cell) {
             return (node, true);
         }
-        let nearest = cube(1)
-            .filter_map(|offset| {
+        let nearest = |reach: i32| {
+            let halves = |offset| {
                 let index = cell.index + offset;
-                self.index.get(&Voxel { index, ..cell }).copied()
-            })
-            .min_by(|&a, &b| {
+                let halves = [None, Some(false), Some(true)].into_iter();
+                halves.filter_map(move |half| self.index.get(&Voxel { index, half, ..cell }).copied())
+            };
+            cube(reach).flat_map(halves).min_by(|&a, &b| {
                 let gap = |node: u32| nodes[node as usize].position.distance_squared(place);
                 gap(a).total_cmp(&gap(b))
-            });
-        (nearest.unwrap_or(NO_NODE), false)
+            })
+        };
+        (nearest(0).or_else(|| nearest(1)).unwrap_or(NO_NODE), false)
     }
 }
 
