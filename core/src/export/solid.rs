@@ -1,4 +1,4 @@
-//! The labelled surface itself: a point for each of its voxels, or a mesh.
+//! The labelled surface itself: a point for each of its voxels, or two where colours differ, or a mesh.
 
 use std::ops::ControlFlow;
 use std::path::Path;

@@ -219,7 +219,7 @@ mod tests {
                 ..node(0.05 * Vec3::new(column as f32, row as f32, 0.0))
             }
         };
-        SurfaceGraph::new((0..800).map(at).collect())
+        SurfaceGraph::new((0..800).map(at).collect(), 5)
     }
 
     #[test]

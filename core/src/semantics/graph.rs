@@ -4,9 +4,6 @@ use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Most neighbours that a node chooses; the graph is symmetric, so a node can have more. With more of them,
-/// paths find their way around more borders.
-pub(super) const NEIGHBOURS: usize = 5;
 /// Farthest neighbour, in voxels.
 const REACH: f32 = 2.5;
 /// Cost of a unit of squared colour difference (channels in 0..=1), and the share of it for differences in brightness
@@ -48,14 +45,9 @@ pub struct SurfaceGraph {
 }
 
 impl SurfaceGraph {
-    /// Joins nodes to their nearest neighbours; parts that stay apart are joined at their nearest nodes,
-    /// so that every label can reach every node.
-    pub fn new(nodes: Vec<Node>) -> Self {
-        Self::joined(nodes, NEIGHBOURS)
-    }
-
-    /// The same with so many neighbours that a node chooses.
-    pub(super) fn joined(nodes: Vec<Node>, count: usize) -> Self {
+    /// Joins each node to its `count` nearest neighbours; as the graph is symmetric, a node can have more. Parts that stay
+    /// apart are joined at their nearest nodes, so that every label can reach every node.
+    pub fn new(nodes: Vec<Node>, count: usize) -> Self {
         let mut pairs = neighbours(&nodes, count);
         let nodes = smoothed(nodes, &pairs);
         join_parts(&nodes, &mut pairs);
@@ -325,7 +317,7 @@ mod tests {
     fn edges_are_symmetric_and_a_border_costs_more() {
         let mut nodes = patch(0.0, 0.2);
         nodes.extend(patch(0.5, 0.8));
-        let graph = SurfaceGraph::new(nodes);
+        let graph = SurfaceGraph::new(nodes, 5);
         let mut across = f32::INFINITY;
         let mut within = 0.0_f32;
         for a in 0..graph.len() as u32 {
@@ -367,7 +359,7 @@ mod tests {
         let mut nodes = patch(0.0, 0.5);
         nodes.extend(patch(3.0, 0.5));
         nodes.extend(patch(-40.0, 0.1));
-        let graph = SurfaceGraph::new(nodes);
+        let graph = SurfaceGraph::new(nodes, 5);
         let mut seen = vec![false; graph.len()];
         let mut open = vec![0];
         while let Some(node) = open.pop() {

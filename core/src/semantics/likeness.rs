@@ -221,7 +221,7 @@ mod tests {
             color: colors[k / 100],
             ..node(Vec3::new(0.05 * (k / 10) as f32, 0.05 * (k % 10) as f32, 0.0))
         });
-        SurfaceGraph::new(nodes.collect())
+        SurfaceGraph::new(nodes.collect(), 5)
     }
 
     /// Distances to these labels.
@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn a_thing_ends_once_it_is_known_that_it_is_one() {
         // Of the last part only the beginning is left.
-        let graph = SurfaceGraph::new(striped(&[GREY, RED, GREY]).nodes()[..230].to_vec());
+        let graph = SurfaceGraph::new(striped(&[GREY, RED, GREY]).nodes()[..230].to_vec(), 5);
         let look = Arc::new(Look::new(&graph, Vec3::Y));
         let geodesics = distances(&graph, &[(50, 2), (225, 1)]);
         let follow = |likeness: &mut Likeness, things: &[ClassId]| {

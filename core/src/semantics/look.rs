@@ -212,7 +212,7 @@ mod tests {
         for index in [188, 189, 190, 191, 208, 209, 210, 211, 228, 229, 230, 231] {
             nodes[index].color = Vec3::new(0.5, 0.1, 0.1);
         }
-        let graph = SurfaceGraph::new(nodes);
+        let graph = SurfaceGraph::new(nodes, 5);
         // A camera that looks down by 40 degrees.
         let look = Look::new(&graph, Vec3::new(0.64, 0.0, 0.77));
         let [floor, other, stain, wall] = [0, 399, 209, 600].map(|node| look.region(node));
@@ -245,7 +245,7 @@ mod tests {
             color: [Vec3::splat(0.3), Vec3::new(0.7, 0.2, 0.2)][(k / 100) % 2],
             ..node(Vec3::new(0.05 * (k / 10) as f32, 0.05 * (k % 10) as f32, 0.0))
         });
-        let graph = SurfaceGraph::new(row.collect());
+        let graph = SurfaceGraph::new(row.collect(), 5);
         let mut look = Look::new(&graph, Vec3::Y);
         assert_eq!(look.len(), 3);
         let stuff = Kind::default();

@@ -6,7 +6,7 @@ use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::graph::{NEIGHBOURS, Node, SurfaceGraph};
+use super::graph::{Node, SurfaceGraph};
 use super::voxels::{OtherFrames, Parting, Points, Voxel, VoxelNodes, Voxels};
 use super::{FieldDepth, Look, NO_NODE, NodeMap, Superpixels, pixel_length};
 use crate::features::{COMPONENTS, FrameFeatures, ImageFeatures, normalise};
@@ -21,7 +21,7 @@ struct Fusion {
     fewest_pixels: f32,
     /// Standard deviation of a channel, in 0..=1, from which a voxel is parted by it.
     spread: f32,
-    /// Neighbours that a voxel chooses.
+    /// Nearest neighbours that a node chooses. With more of them, paths find their way around more borders.
     neighbours: usize,
 }
 /// Measured depth.
@@ -29,11 +29,11 @@ const MEASURED: Fusion = Fusion {
     footprints: 2.5,
     fewest_pixels: 3.0,
     spread: f32::INFINITY,
-    neighbours: NEIGHBOURS,
+    neighbours: 5,
 };
 /// Estimated depth differs between frames: thinner voxels would hold several layers of it, and what few pixels show is
 /// a mistake, not a thing. It joins what lies behind one another, the legs of a chair and the floor, which colours tell
-/// apart; where a voxel is parted, as many neighbours again lie at each distance.
+/// apart; where they part voxels, neighbours lie twice as dense.
 const ESTIMATED: Fusion = Fusion {
     footprints: 3.5,
     fewest_pixels: 9.0,
@@ -214,24 +214,30 @@ impl Surface {
         let (side, is_sharp) = voxel_side(lengths, pixel);
         let follows_depth = scene.has_depth() && is_sharp;
         let mut voxels = Voxels::new(side, extent, if follows_depth { 0.0 } else { pixel });
-        let stride = stride(scene);
-        let mut sums = fuse(&voxels, lengths, stride);
-        while sums.len() > MOST_NODES {
-            voxels.side *= (sums.len() as f32 / MOST_NODES as f32).sqrt().max(1.05);
+        let (stride, fusion) = (stride(scene), lengths.fusion());
+        let fused = |voxels: &Voxels| {
+            let sums = fuse(voxels, lengths, stride);
+            let parting = |(&cell, sum): (&Voxel, &Sum)| Some((cell, sum.parting(&fusion)?));
+            let partings: FxHashMap<Voxel, Parting> = sums.iter().filter_map(parting).collect();
+            (sums, partings)
+        };
+        let (mut sums, mut partings) = fused(&voxels);
+        loop {
+            let nodes = sums.len() + partings.len();
+            if nodes <= MOST_NODES {
+                break;
+            }
+            voxels.side *= (nodes as f32 / MOST_NODES as f32).sqrt().max(1.05);
             drop(sums);
-            sums = fuse(&voxels, lengths, stride);
+            (sums, partings) = fused(&voxels);
         }
         if size != 1.0 {
             voxels.side /= size.sqrt();
             drop(sums);
-            sums = fuse(&voxels, lengths, stride);
+            (sums, partings) = fused(&voxels);
         }
-        let fusion = lengths.fusion();
-        let partings = sums
-            .iter()
-            .filter_map(|(&cell, sum)| Some((cell, sum.parting(&fusion)?)));
-        voxels.partings = partings.collect();
-        if !voxels.partings.is_empty() {
+        if !partings.is_empty() {
+            voxels.partings = partings;
             drop(sums);
             sums = fuse(&voxels, lengths, stride);
         }
@@ -260,7 +266,7 @@ impl Surface {
                 voxel: places.voxels.side_of(cell.shell),
             })
             .collect();
-        let graph = SurfaceGraph::joined(nodes, fusion.neighbours);
+        let graph = SurfaceGraph::new(nodes, fusion.neighbours);
         let shown: Vec<Arc<NodeMap>> = keyframes
             .par_iter()
             .map(|&number| {

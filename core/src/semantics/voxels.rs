@@ -29,7 +29,7 @@ const POINTS: f32 = 3.5;
 pub(super) struct Voxel {
     pub shell: bool,
     pub index: IVec3,
-    /// Of one that is parted: whether the brighter colours are its own.
+    /// Of one that is parted: whether this is the brighter half.
     pub half: Option<bool>,
 }
 

@@ -271,7 +271,7 @@ mod tests {
         let board = (0..100).map(|k| {
             node(Vec3::new(0.75, 0.75, 0.5) + 0.05 * Vec3::new((k / 10) as f32, (k % 10) as f32, 0.0))
         });
-        let graph = SurfaceGraph::new(floor.chain(wall).chain(board).collect());
+        let graph = SurfaceGraph::new(floor.chain(wall).chain(board).collect(), 5);
         let regions: Vec<u32> = (0..2500)
             .map(|k| u32::from(k >= 1600) + u32::from(k >= 2400))
             .collect();

@@ -16,7 +16,7 @@ fn squares(places: &[f32]) -> Surface {
         let place = |k: usize| Vec3::new(x + 0.05 * (k % 10) as f32, 0.05 * (k / 10) as f32, 0.0);
         (0..100).map(|k| node(place(k))).collect()
     };
-    let graph = SurfaceGraph::new(places.iter().flat_map(square).collect());
+    let graph = SurfaceGraph::new(places.iter().flat_map(square).collect(), 5);
     Surface {
         look: Arc::new(Look::new(&graph, Vec3::Y)),
         graph,
