@@ -242,7 +242,7 @@ pub(super) mod tests {
             ..nodes[0]
         });
         Arc::new(Surface {
-            graph: SurfaceGraph::new(nodes),
+            graph: SurfaceGraph::new(nodes, 5),
             pixels: Vec::new(),
             voxel: 0.1,
             ..Surface::default()
