@@ -72,14 +72,14 @@ impl SceneSource {
     pub fn name(&self) -> String {
         match self {
             Self::Demo => "demo".to_owned(),
-            Self::Folder(path) => path
-                .canonicalize()
-                .unwrap_or_else(|_| path.clone())
-                .file_name()
-                .map_or_else(
-                    || path.display().to_string(),
-                    |name| name.to_string_lossy().into_owned(),
-                ),
+            Self::Folder(path) => {
+                let name = |path: &Path| Some(path.file_name()?.to_string_lossy().into_owned());
+                // The disk is asked only for what ends in dots: this name is on the screen all the time.
+                let found = || name(&path.canonicalize().ok()?);
+                name(path)
+                    .or_else(found)
+                    .unwrap_or_else(|| path.display().to_string())
+            }
         }
     }
 

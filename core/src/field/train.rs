@@ -344,6 +344,12 @@ impl Trainer {
         let occupancy = Tensor::from_slice(density, density.len(), &Device::Cpu)?;
         tensors.insert("occupancy".to_owned(), occupancy);
         tensors.insert("exposure".to_owned(), self.exposure.parameters.copy()?);
+        if let Some((from, rate)) = self.schedule.cooling() {
+            tensors.insert(
+                "cooling".to_owned(),
+                Tensor::new(&[from as f32, rate], &Device::Cpu)?,
+            );
+        }
         let volume = Tensor::new(&self.field.volume().to_array(), &Device::Cpu)?;
         tensors.insert("volume".to_owned(), volume);
         Ok(tensors)
@@ -374,6 +380,9 @@ impl Trainer {
             exposure.set(saved)?;
         }
         self.steps = steps;
+        if let Some(&[from, rate]) = saved("cooling")?.as_deref() {
+            self.schedule.restore((from as u64, rate));
+        }
         self.begun = None;
         // The error of a field that has learnt nothing yet would tell nothing.
         self.error = if steps > 0 { self.evaluate()? } else { None };

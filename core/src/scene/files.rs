@@ -42,9 +42,9 @@ pub(super) fn leave_out(
 
 /// Most bytes of pixels of an image, decoded.
 const MOST_BYTES: u64 = 512 << 20;
-/// Most bytes of pixels for each byte of a file: in a PNG, deflate makes one of at most 1032; in a JPEG, a bit is the
-/// least that says anything of the 64 pixels of a block.
-const MOST_COMPRESSED: u64 = 64 * 3 * 8;
+/// Most pixels for each byte of a file: in a PNG, deflate makes one of at most 1032, and each of those may be 8 pixels of a
+/// mask; in a JPEG, a bit is the least that says anything of the 64 pixels of a block.
+const MOST_COMPRESSED: u64 = 1032 * 8;
 /// Most pixels of an image, whatever it has of each: those of a colour image of the most bytes.
 pub(super) const MOST_PIXELS: u64 = MOST_BYTES / 3;
 
@@ -83,7 +83,7 @@ pub(crate) fn check_size((width, height): (u32, u32), bytes: u64, length: u64) -
     let pixels = u64::from(width) * u64::from(height);
     if bytes > MOST_BYTES || pixels > MOST_PIXELS || u64::from(width.max(height)) > LARGEST_SIDE {
         Err(ImageError::TooLarge(width, height))
-    } else if bytes > length.saturating_mul(MOST_COMPRESSED) {
+    } else if pixels > length.saturating_mul(MOST_COMPRESSED) {
         Err(ImageError::Truncated(length, width, height))
     } else {
         Ok(())

@@ -107,8 +107,7 @@ impl ColorImage {
 
     /// Row-major indices of the hidden pixels, ascending.
     pub fn hidden_pixels(&self) -> impl Iterator<Item = usize> + '_ {
-        let pixels = if self.hidden() > 0 { self.rgb.len() / 3 } else { 0 };
-        (0..pixels).filter(|&index| self.is_hidden(index))
+        self.hidden.iter()
     }
 
     /// An image without light.

@@ -239,7 +239,8 @@ impl Lens {
     /// The pinhole camera that shows all of the image at the same focal length, as far as it has at most
     /// twice the image's size.
     ///
-    /// `None` where the distortion is so strong that no part of the image's border can be undone.
+    /// `None` where the distortion is so strong that neither a part of the image's border nor what is half as far out can be
+    /// undone.
     pub fn pinhole(&self) -> Option<Camera> {
         let image = &self.image;
         let (w, h) = (f64::from(image.width), f64::from(image.height));
@@ -262,6 +263,13 @@ impl Lens {
             }
         }
         let margin = 0.5 * (MOST_GROWTH - 1.0);
+        // All of the border may lie behind the camera, as that of a fisheye's full circle does.
+        if low[0] > high[0] && self.normalised(0.25 * w, 0.5 * h).is_some() {
+            (low, high) = (
+                [-margin * w, -margin * h],
+                [(1.0 + margin) * w, (1.0 + margin) * h],
+            );
+        }
         // A hair's breadth of rounding must not cost a row of pixels.
         let [left, top] = [(low[0], w), (low[1], h)].map(|(v, size)| (v + 1e-3).floor().max(-margin * size));
         let [right, bottom] =
@@ -376,6 +384,17 @@ mod tests {
             let gap = (fx * x + 320.0 - shown[0]).hypot(fy * y + 240.0 - shown[1]);
             assert!(gap < 1e-9, "{distortion:?}: {gap}");
         }
+    }
+
+    #[test]
+    fn a_full_circle_whose_border_lies_behind_the_camera_is_shown_as_far_as_it_may_grow() {
+        let lens = Lens {
+            image: Camera::new([1280, 960], [300.0, 300.0, 640.0, 480.0]),
+            distortion: Distortion::fisheye([0.0]),
+        };
+        let pinhole = lens.pinhole().unwrap();
+        assert_eq!((pinhole.width, pinhole.height), (2560, 1920));
+        assert_eq!((pinhole.cx, pinhole.cy), (1280.0, 960.0));
     }
 
     #[test]

@@ -159,8 +159,8 @@ impl Calibration {
         Ok(Some(Self { path, camera }))
     }
 
-    /// The camera of images of this width and height: the intrinsics as they are where the principal point is about
-    /// in the middle, or scaled where it is in the middle of the data set's own size and these images were resized.
+    /// The camera of images of this width and height: the intrinsics as they are, or scaled from the data set's own size,
+    /// whichever has the principal point nearer to the middle; about there it has to be.
     fn camera(&self, width: u32, height: u32) -> Result<Camera, String> {
         let as_given = |width: u32, height: u32| {
             let own = Camera {
@@ -179,7 +179,13 @@ impl Calibration {
                 .filter(|_| (stretch - 1.0).abs() <= MOST_STRETCHED)
                 .map(|camera| camera.stretched(width, height))
         };
-        as_given(width, height).or_else(resized).ok_or_else(|| {
+        let off_center = |camera: &Camera| {
+            let off = |v: f32, size: u32| (v / size as f32 - 0.5).abs();
+            off(camera.cx, camera.width).max(off(camera.cy, camera.height))
+        };
+        let readings = [as_given(width, height), resized()].into_iter().flatten();
+        let nearest = readings.min_by(|a, b| off_center(a).total_cmp(&off_center(b)));
+        nearest.ok_or_else(|| {
             format!(
                 "the principal point ({}, {}) in {} is far from the middle of images of {width}x{height}, so that they \
                  were cropped or resized; use the images of the scan",

@@ -89,9 +89,22 @@ impl Schedule {
         }
     }
 
+    /// Steps at which the rates began to come down before the end, and their share then, for saving.
+    pub fn cooling(&self) -> Option<(u64, f32)> {
+        self.cooling
+    }
+
+    /// Goes on with rates that came down before; what cannot be is left out.
+    pub fn restore(&mut self, (from, rate): (u64, f32)) {
+        self.cooling = (rate > 0.0 && rate <= 1.0).then_some((from, rate));
+    }
+
     /// Whether training has ended.
     pub fn is_over(&self, steps: u64) -> bool {
-        steps >= self.end || self.cooling.is_some_and(|(from, _)| steps >= from + COOL_DOWN)
+        steps >= self.end
+            || self
+                .cooling
+                .is_some_and(|(from, _)| steps >= from.saturating_add(COOL_DOWN))
     }
 }
 

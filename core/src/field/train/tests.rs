@@ -202,3 +202,19 @@ fn no_picture_before_each_camera_takes_the_place_of_the_scene() {
         assert!(error.relative_depth_error.unwrap() < 0.5, "{preset:?}: {error:?}");
     }
 }
+
+#[test]
+fn a_field_that_ended_before_its_time_has_ended_when_it_is_taken_up_again() {
+    let mut trainer = trained(Backend::default(), true, 2);
+    trainer.schedule.restore((100, 0.5));
+    trainer.steps = 700;
+    assert!(trainer.settled());
+    let (state, mut again) = (trainer.state().unwrap(), trained(Backend::default(), true, 0));
+    again.restore(&state, 700).unwrap();
+    assert!(again.settled());
+    let mut without = state.clone();
+    without.remove("cooling");
+    let mut other = trained(Backend::default(), true, 0);
+    other.restore(&without, 700).unwrap();
+    assert!(!other.settled());
+}

@@ -132,6 +132,24 @@ fn a_size_in_a_header_does_not_count_where_the_file_is_too_short_for_it() {
     );
 }
 
+#[test]
+fn a_mask_of_one_bit_may_be_a_thousand_times_as_large_as_its_file() {
+    let files = tempfile::tempdir().unwrap();
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 4096, 4096);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::One);
+    encoder.set_compression(png::Compression::High);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[255; 4096 / 8 * 4096]).unwrap();
+    writer.finish().unwrap();
+    assert!(bytes.len() < 4096 * 4096 / 2048, "{}", bytes.len());
+    assert_eq!(
+        dimensions(&write_file(&files, "mask.png", &bytes)).unwrap(),
+        (4096, 4096)
+    );
+}
+
 /// What readers that turn images find in the bytes, and what those that do not find.
 fn shown(bytes: &[u8]) -> [DynamicImage; 2] {
     let reader = image::ImageReader::new(Cursor::new(bytes)).with_guessed_format();

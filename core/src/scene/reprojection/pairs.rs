@@ -59,7 +59,8 @@ pub(super) fn choose(scene: &Scene, most: usize) -> Vec<Pair> {
 }
 
 /// Up to `most` partners for each of these frames, by numbers in `frames`: as [`choose`] has them, but apart from each
-/// other, and by the poses alone. Ascending, each pair once; none where all cameras are in one place.
+/// other, and by the poses alone. A frame is in three times as many pairs at most, however many choose it, the best first.
+/// Ascending, each pair once; none where all cameras are in one place.
 pub(super) fn partners(scene: &Scene, frames: &[usize], most: usize) -> Vec<[usize; 2]> {
     let distance = assumed_distance(scene);
     if distance <= 0.0 {
@@ -71,19 +72,31 @@ pub(super) fn partners(scene: &Scene, frames: &[usize], most: usize) -> Vec<[usi
         let costs = others.map(|other| (mismatch(frame(own), frame(other), distance), other));
         let mut others: Vec<(f64, usize)> = costs.filter(|&(cost, _)| cost <= MOST_MISMATCH).collect();
         others.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut chosen: Vec<usize> = Vec::new();
-        for (_, other) in others {
-            let is_apart = |&kept: &usize| parallax(frame(kept), frame(other), distance) >= APART;
+        let mut chosen: Vec<(f64, usize)> = Vec::new();
+        for (cost, other) in others {
+            let is_apart = |&(_, kept): &(f64, usize)| parallax(frame(kept), frame(other), distance) >= APART;
             if chosen.len() < most && chosen.iter().all(is_apart) {
-                chosen.push(other);
+                chosen.push((cost, other));
             }
         }
-        let pair = move |other: usize| [own.min(other), own.max(other)];
+        let pair = move |(cost, other): (f64, usize)| (cost, [own.min(other), own.max(other)]);
         chosen.into_iter().map(pair)
     });
-    let mut pairs: Vec<[usize; 2]> = pairs.collect();
+    let mut pairs: Vec<(f64, [usize; 2])> = pairs.collect();
+    pairs.sort_by_key(|&(_, pair)| pair);
+    pairs.dedup_by_key(|(_, pair)| *pair);
+    // Stable, so that of equals the first come first.
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut counts = vec![0; frames.len()];
+    pairs.retain(|(_, pair)| {
+        let has_room = pair.iter().all(|&frame| counts[frame] < 3 * most);
+        if has_room {
+            pair.iter().for_each(|&frame| counts[frame] += 1);
+        }
+        has_room
+    });
+    let mut pairs: Vec<[usize; 2]> = pairs.into_iter().map(|(_, pair)| pair).collect();
     pairs.sort_unstable();
-    pairs.dedup();
     pairs
 }
 

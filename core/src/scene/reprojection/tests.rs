@@ -187,3 +187,22 @@ fn the_share_of_sorted_values_is_counted_from_below() {
     assert_eq!((errors.median_px, errors.p90_px, errors.count), (6.0, 10.0, 10));
     assert_eq!(PixelErrors::of(Vec::new()), None);
 }
+
+#[test]
+fn a_frame_that_many_choose_is_in_few_pairs() {
+    // The camera rests for most of the capture, then walks.
+    let mut scene = wall(80, 16, 12);
+    for (number, frame) in scene.frames.iter_mut().enumerate() {
+        let along = match number {
+            0..60 => 1e-4 * number as f32,
+            _ => 0.02 * (number - 59) as f32,
+        };
+        frame.camera_to_world.translation = Vec3A::new(along, 0.0, 0.0);
+    }
+    let frames: Vec<usize> = (0..80).collect();
+    let pairs = pairs::partners(&scene, &frames, 4);
+    let count = |frame: usize| pairs.iter().filter(|pair| pair.contains(&frame)).count();
+    let counts: Vec<usize> = (0..80).map(count).collect();
+    assert_eq!(counts.iter().max(), Some(&12), "{counts:?}");
+    assert!(pairs.is_sorted());
+}

@@ -163,6 +163,9 @@ fn intrinsics_of_nine_numbers_are_scaled_with_the_images_but_not_for_cropped_one
     assert!((small.fx - 1170.0 * 640.0 / 1296.0).abs() < 1e-3);
     assert!((small.fy - 1170.0 * 480.0 / 968.0).abs() < 1e-3);
     assert!((small.cy - 490.4 * 480.0 / 968.0).abs() < 1e-3);
+    // Where both readings are about in the middle, the one that is nearer.
+    let resized = calibration.camera(1024, 768).unwrap();
+    assert!((resized.fx - 1170.0 * 1024.0 / 1296.0).abs() < 1e-3);
     let reason = calibration.camera(968, 968).unwrap_err().to_string();
     assert!(reason.contains("646.3") && reason.contains("968x968"), "{reason}");
 }
