@@ -2,6 +2,7 @@
 
 use std::num::NonZeroU16;
 
+use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
 
 use super::{ClassId, Stroke, StrokeId};
@@ -63,9 +64,10 @@ impl From<Object> for FoundObject {
 }
 
 /// The first of "chair 1", "chair 2" and so on that is not among these names.
-pub(crate) fn unused_name<'a>(class: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
+pub(crate) fn unused_name<'a>(class: &str, names: impl Iterator<Item = &'a str>) -> String {
+    let taken: FxHashSet<&str> = names.collect();
     let numbered = (1_u32..).map(|number| format!("{class} {number}"));
-    let mut unused = numbered.filter(|name| !names.clone().any(|other| other == name));
+    let mut unused = numbered.filter(|name| !taken.contains(name.as_str()));
     unused.next().unwrap_or_default()
 }
 

@@ -86,13 +86,15 @@ pub fn rasterise(
     width: u32,
     height: u32,
 ) -> BTreeMap<u32, (ClassId, StrokeId)> {
-    let mut map = BTreeMap::new();
-    for (id, stroke) in labels.strokes_of(frame) {
-        for pixel in pixels_of(stroke, width, height) {
-            map.insert(pixel, (stroke.class, id));
-        }
-    }
-    map
+    let strokes = labels.strokes_of(frame);
+    let pixels = strokes.flat_map(|(id, stroke)| {
+        let said = (stroke.class, id);
+        pixels_of(stroke, width, height)
+            .into_iter()
+            .map(move |pixel| (pixel, said))
+    });
+    // Of equal pixels, the last stays.
+    pixels.collect()
 }
 
 /// What remains of a stroke after an eraser of `radius` pixels passed along `path`.

@@ -1,9 +1,11 @@
 //! Votes averaged along the surface, for labels that may be wrong.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::SurfaceGraph;
 use super::graph::Node;
+use super::queue::DistanceQueue;
+use super::{NO_NODE, SurfaceGraph};
 
 /// How fast the weight of an edge falls with the squared difference in colour (channels in 0..=1), with
 /// the bend between the normals and with the squared distance in voxels.
@@ -23,13 +25,24 @@ const BLOCK: usize = 1024;
 ///
 /// `votes` are counts `[nodes, classes]`, W is the diagonal of their sums over the classes, and L the
 /// Laplacian of the graph with weights exp(-150 |dc|^2 - 8 (1 - n n') - d^2): a random walker with a data
-/// term (Grady 2005), solved by conjugate gradients with the diagonal as preconditioner.
+/// term (Grady 2005), solved by conjugate gradients with the diagonal as preconditioner. They begin with the votes of the
+/// nearest node that has any: each step of theirs leads one edge further only, and few are needed where votes are dense.
 pub(super) fn diffuse(graph: &SurfaceGraph, votes: &[f32], classes: usize, strength: f32) -> Vec<f32> {
     if classes == 0 {
         return Vec::new();
     }
     let system = System::new(graph, votes, classes, strength);
-    let mut probabilities = system.solve(votes);
+    let mut start = system.preconditioned(votes);
+    let nearest = nearest_voted(graph, votes, classes);
+    for (node, row) in start.chunks_exact_mut(classes).enumerate() {
+        let nearest = nearest[node];
+        if nearest != NO_NODE && nearest as usize != node {
+            let own = &votes[nearest as usize * classes..][..classes];
+            let sum: f32 = own.iter().sum();
+            row.iter_mut().zip(own).for_each(|(p, votes)| *p = votes / sum);
+        }
+    }
+    let mut probabilities = system.solve(votes, start);
     for row in probabilities.chunks_exact_mut(classes) {
         row.iter_mut().for_each(|p| *p = p.max(0.0));
         let sum: f32 = row.iter().sum();
@@ -40,9 +53,44 @@ pub(super) fn diffuse(graph: &SurfaceGraph, votes: &[f32], classes: usize, stren
     probabilities
 }
 
+/// The nearest node with votes of each node, by the costs of the graph; [`NO_NODE`] where none can be reached.
+fn nearest_voted(graph: &SurfaceGraph, votes: &[f32], classes: usize) -> Vec<u32> {
+    let has_votes = |row: &[f32]| row.iter().any(|&votes| votes > 0.0);
+    let voted: Vec<bool> = votes.chunks_exact(classes).map(has_votes).collect();
+    let mut nearest = vec![NO_NODE; voted.len()];
+    let mut distances = vec![f32::INFINITY; voted.len()];
+    let mut queue = DistanceQueue::new();
+    for node in (0..voted.len() as u32).filter(|&node| voted[node as usize]) {
+        (nearest[node as usize], distances[node as usize]) = (node, 0.0);
+        if graph.edges(node).any(|(other, _)| !voted[other as usize]) {
+            queue.push(0.0, node);
+        }
+    }
+    while let Some((distance, node)) = queue.pop(graph) {
+        if distance > distances[node as usize] {
+            continue;
+        }
+        for (other, cost) in graph.edges(node) {
+            let through = distance + cost;
+            if through < distances[other as usize] {
+                distances[other as usize] = through;
+                nearest[other as usize] = nearest[node as usize];
+                queue.push(through, other);
+            }
+        }
+    }
+    nearest
+}
+
 fn weight(a: &Node, b: &Node) -> f32 {
     let color = (a.color - b.color).length_squared();
-    let bend = (1.0 - a.normal.dot(b.normal)).max(0.0);
+    // What lies beyond the scene has no normals.
+    let is_flat = a.normal == Vec3::ZERO && b.normal == Vec3::ZERO;
+    let bend = if is_flat {
+        0.0
+    } else {
+        (1.0 - a.normal.dot(b.normal)).max(0.0)
+    };
     let distance = a.position.distance(b.position) / a.voxel.max(b.voxel);
     let exponent = COLOR_FALLOFF * color + BEND_FALLOFF * bend + DISTANCE_FALLOFF * distance * distance;
     (-exponent).exp().max(LEAST_WEIGHT)
@@ -111,10 +159,9 @@ impl System {
         product
     }
 
-    /// Conjugate gradients, a step length for each class.
-    fn solve(&self, votes: &[f32]) -> Vec<f32> {
+    /// Conjugate gradients from this start, a step length for each class.
+    fn solve(&self, votes: &[f32], mut solution: Vec<f32>) -> Vec<f32> {
         let count = self.classes;
-        let mut solution = self.preconditioned(votes);
         let product = self.times(&solution);
         let mut residual: Vec<f32> = votes.iter().zip(&product).map(|(b, ax)| b - ax).collect();
         let mut scaled = self.preconditioned(&residual);
@@ -206,7 +253,6 @@ mod tests {
     use super::*;
     use crate::scene::testing::on_threads;
     use crate::semantics::testing::node;
-    use glam::Vec3;
     use rand::{Rng, SeedableRng, rngs::SmallRng};
 
     /// A floor of 40 x 20 nodes, dark in its left half.
@@ -228,7 +274,7 @@ mod tests {
         let mut rng = SmallRng::seed_from_u64(5);
         let votes: Vec<f32> = (0..2400).map(|_| rng.random_range(0..4) as f32).collect();
         let system = System::new(&graph, &votes, 3, 20.0);
-        let product = system.times(&system.solve(&votes));
+        let product = system.times(&system.solve(&votes, system.preconditioned(&votes)));
         let gap: f32 = product.iter().zip(&votes).map(|(a, b)| (a - b).powi(2)).sum();
         let size: f32 = votes.iter().map(|b| b * b).sum();
         assert!(gap < 4e-6 * size, "{gap} of {size}");
@@ -267,6 +313,18 @@ mod tests {
         }
         assert!(wrong(&votes) > 100, "{}", wrong(&votes));
         assert!(wrong(&probabilities) < 8, "{}", wrong(&probabilities));
+    }
+
+    #[test]
+    fn dense_votes_reach_nodes_that_are_far_from_all_of_them() {
+        let graph = floor();
+        let mut votes = vec![0.0; 1600];
+        for node in (0..800).filter(|node| node % 40 < 10) {
+            votes[2 * node..2 * node + 2].copy_from_slice(&[140.0, 10.0]);
+        }
+        let probabilities = diffuse(&graph, &votes, 2, 4.0);
+        let least = probabilities.chunks_exact(2).map(|row| row[0]).reduce(f32::min);
+        assert!(least > Some(0.9), "{least:?}");
     }
 
     #[test]

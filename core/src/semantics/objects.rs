@@ -189,9 +189,11 @@ impl SurfaceObjects {
             let nodes = surface.nodes_of(stroke.frame);
             let (width, height) = (nodes.width() as u32, nodes.len().checked_div(nodes.width()));
             let runs = runs_of(stroke, width, height.unwrap_or(0) as u32);
+            let pixels = runs.iter().flat_map(|run| run.indices(width));
+            let pixels: Vec<u32> = pixels.map(|pixel| pixel as u32).collect();
             let mut shares: BTreeMap<u16, usize> = BTreeMap::new();
-            for pixel in runs.iter().flat_map(|run| run.indices(width)) {
-                *shares.entry(nodes.node(pixel).map_or(0, number)).or_default() += 1;
+            for node in surface.nodes_at(stroke.frame, &pixels) {
+                *shares.entry(node.map_or(0, number)).or_default() += 1;
             }
             let most = shares.into_iter().max_by_key(|&(_, pixels)| pixels);
             let object = most.and_then(|(number, _)| found.get_mut(&number));

@@ -87,7 +87,6 @@ impl OnSurface {
     pub(super) fn rough(&self, frame: usize, stride: u32) -> (Vec<ClassId>, Vec<u16>) {
         let own = &self.scene.frames[frame];
         let (camera, hidden) = (&own.camera, own.hidden_pixels());
-        let nodes = self.surface.nodes_of(frame);
         let painted: FxHashMap<u32, Label> = self.painted.iter().copied().collect();
         let image = self.trusted(frame, camera.pixels()).map(ImportedMap::labels);
         let said = |pixel: usize| {
@@ -101,14 +100,18 @@ impl OnSurface {
             let painted = painted.get(&(pixel as u32)).map(|label| label.class);
             is_hidden.then_some(VOID).or(painted).or_else(of_image)
         };
-        let of_node = |pixel: usize| {
-            let node = nodes.node(pixel).map(|node| node as usize);
-            let known = node.map(|node| (self.posterior.labels[node], self.posterior.entropy[node]));
-            known.unwrap_or((VOID, self.unknown))
+        let of_node = |node: u32| {
+            let node = node as usize;
+            (self.posterior.labels[node], self.posterior.entropy[node])
         };
-        let pixels = (0..camera.reduced(stride).pixels()).map(|at| camera.middle_of_reduced(stride, at));
-        let value = |pixel| said(pixel).map_or_else(|| of_node(pixel), |class| (class, 0));
-        pixels.map(value).unzip()
+        let middle = |at| camera.middle_of_reduced(stride, at) as u32;
+        let pixels: Vec<u32> = (0..camera.reduced(stride).pixels()).map(middle).collect();
+        let nodes = self.surface.nodes_at(frame, &pixels);
+        let value = |(pixel, node): (u32, Option<u32>)| match said(pixel as usize) {
+            Some(class) => (class, 0),
+            None => node.map_or((VOID, self.unknown), of_node),
+        };
+        pixels.into_iter().zip(nodes).map(value).unzip()
     }
 
     /// The number of every pixel's object, 0 where it has none: that of its node, if that has the pixel's class, or that

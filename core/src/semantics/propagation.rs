@@ -312,6 +312,11 @@ impl LabelPropagation {
     /// What the map of a frame is looked up from.
     fn on_surface(&self, scene: &Arc<Scene>, frame: usize) -> OnSurface {
         let painted = self.painted.get(&frame).into_iter().flatten();
+        let mut last = None;
+        let mut label = |said| match last {
+            Some((same, label)) if same == said => label,
+            _ => last.insert((said, self.label(said))).1,
+        };
         OnSurface {
             scene: Arc::clone(scene),
             surface: Arc::clone(&self.surface),
@@ -319,7 +324,7 @@ impl LabelPropagation {
             unknown: NodeSummary::unknown(self.classes.len()).entropy,
             import: self.import.clone(),
             whole: None,
-            painted: painted.map(|(&pixel, &said)| (pixel, self.label(said))).collect(),
+            painted: painted.map(|(&pixel, &said)| (pixel, label(said))).collect(),
         }
     }
 
@@ -408,6 +413,8 @@ impl LabelPropagation {
             .map(|(&(class, stroke), node)| (stroke, node, class))
             .filter(|&(_, _, class)| class != VOID)
             .collect();
+        // Most pixels beside each other are of one voxel.
+        sources.dedup();
         sources.sort_unstable();
         sources.dedup();
         let of_stroke = sources.chunk_by(|a, b| a.0 == b.0);

@@ -103,7 +103,8 @@ pub(super) fn nodes_along_edges(
         return nodes;
     }
     let mut full = shown;
-    for (row, pixels) in full.chunks_exact_mut(frame.camera.width as usize).enumerate() {
+    let rows = full.par_chunks_exact_mut(frame.camera.width as usize);
+    rows.enumerate().for_each(|(row, pixels)| {
         let start = row / stride as usize * camera.width as usize;
         let blocks = pixels.chunks_mut(stride as usize).zip(&nodes[start..]);
         for (block, &near) in blocks.filter(|&(_, &near)| near != NO_NODE) {
@@ -114,7 +115,7 @@ pub(super) fn nodes_along_edges(
                 }
             }
         }
-    }
+    });
     let image = frame.color();
     let color = |index| Vec3::from(image.pixel(index).map(f32::from));
     let reach = u8::try_from(stride).unwrap_or(u8::MAX);
@@ -270,8 +271,8 @@ fn flood(
     // The smallest gradient first, of equal ones the first that came.
     let level = |at: usize| (gradient(at) * LEVELS_PER_STEP) as usize;
     let mut queues = vec![VecDeque::new(); (HIGHEST_GRADIENT * LEVELS_PER_STEP) as usize + 1];
-    let mut seeds: Vec<usize> = all_open.into_iter().flat_map(|at| camera.beside(at)).collect();
-    seeds.retain(|&at| !open[at] && nodes[at] != NO_NODE);
+    let beside = all_open.into_iter().flat_map(|at| camera.beside(at));
+    let mut seeds: Vec<usize> = beside.filter(|&at| !open[at] && nodes[at] != NO_NODE).collect();
     seeds.sort_unstable();
     seeds.dedup();
     for at in seeds {

@@ -13,7 +13,7 @@ use crate::features::ImageFeatures;
 use crate::field::{FieldError, HeldOut, Ray, Trainer, frame_rays, render_rays};
 use crate::labels::LabelSet;
 use crate::scene::{Camera, Frame, Scene};
-use crate::semantics::{FieldDepth, LabelPropagation, Surface};
+use crate::semantics::{FieldDepth, LabelPropagation, Superpixels, Surface};
 
 /// Fewest pixels of a frame, along each axis, per ray that is rendered for its depth.
 const STRIDE: u32 = 4;
@@ -43,6 +43,8 @@ pub struct SurfaceRefiner {
     incomplete: bool,
     /// Pixels of a frame, along each axis, per ray.
     stride: u32,
+    /// Training steps from which the field knows more than what was estimated before.
+    least_steps: u64,
     /// Training steps of the refinements to come, ascending.
     marks: Vec<u64>,
     /// Whether one more refinement follows the end of training.
@@ -51,6 +53,8 @@ pub struct SurfaceRefiner {
     building: Option<Receiver<Option<BuiltSurface>>>,
     /// What a pretrained network sees in the images, once that is known.
     features: Option<Arc<ImageFeatures>>,
+    /// Those of the images, whatever surface they are seen with.
+    superpixels: Arc<Superpixels>,
     /// Seconds that the newest refinement took, rendering and building.
     seconds: Option<f64>,
 }
@@ -75,34 +79,62 @@ struct DepthRendering {
 }
 
 impl SurfaceRefiner {
-    /// Begins with the surface of measured depth, if there is any. It has `size` times as many voxels as are chosen for
-    /// the scene, and is built with `threads` threads of its own.
+    /// Begins with the surface of measured depth, if there is any, and with the field's where that knows more. Surfaces have
+    /// `size` times as many voxels as are chosen for the scene, and are built with `threads` threads of their own.
     pub fn new(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
-        let mut refiner = Self::idle(scene, trainer, size, threads);
-        if scene.has_depth() {
-            refiner.build(vec![None; scene.frames.len()], LabelSet::default(), None);
+        Self::beginning_with(Vec::new(), scene, trainer, size, threads)
+    }
+
+    /// Begins with the surface of estimated depth, by index of the frame, where none was measured.
+    pub(super) fn beginning_with(
+        estimated: Vec<Option<Arc<FieldDepth>>>,
+        scene: &Arc<Scene>,
+        trainer: &Trainer,
+        size: f32,
+        threads: usize,
+    ) -> Self {
+        let mut refiner = Self::idle(scene, trainer, &estimated, size, threads);
+        let starts = trainer.steps() > 0 && refiner.is_useful(trainer);
+        if scene.has_depth() || !starts && estimated.iter().any(Option::is_some) {
+            refiner.build(estimated, LabelSet::default(), None);
         }
-        if trainer.steps() > 0 && refiner.is_useful(trainer) {
+        if starts {
             refiner.start();
         }
         refiner
     }
 
     /// Makes the only surface of a field that is trained no further: with its depth, where that is any use.
-    pub(super) fn of_learnt(scene: &Arc<Scene>, trainer: &Trainer, threads: usize) -> Self {
-        let mut refiner = Self::idle(scene, trainer, 1.0, threads);
+    pub(super) fn of_learnt(
+        estimated: Vec<Option<Arc<FieldDepth>>>,
+        scene: &Arc<Scene>,
+        trainer: &Trainer,
+        threads: usize,
+    ) -> Self {
+        let mut refiner = Self::idle(scene, trainer, &estimated, 1.0, threads);
         refiner.last_refinement = true;
         refiner.finish(trainer);
         if refiner.is_idle() {
-            refiner.build(vec![None; scene.frames.len()], LabelSet::default(), None);
+            refiner.build(estimated, LabelSet::default(), None);
         }
         refiner
     }
 
-    fn idle(scene: &Arc<Scene>, trainer: &Trainer, size: f32, threads: usize) -> Self {
+    fn idle(
+        scene: &Arc<Scene>,
+        trainer: &Trainer,
+        estimated: &[Option<Arc<FieldDepth>>],
+        size: f32,
+        threads: usize,
+    ) -> Self {
         let measured = Measured::of(scene);
         let incomplete = measured != Measured::All;
         let refines = incomplete && !trainer.settled();
+        // What was estimated is better than what the field knows at the first mark.
+        let least_steps = match estimated.iter().any(Option::is_some) {
+            true => REFINEMENT_STEPS[1],
+            false => 0,
+        };
         let marks: &[u64] = match measured {
             Measured::Little => &REFINEMENT_STEPS,
             Measured::Most | Measured::All => &HOLE_REFINEMENT_STEPS,
@@ -117,12 +149,14 @@ impl SurfaceRefiner {
             marks: marks
                 .iter()
                 .copied()
-                .filter(|&mark| refines && mark > trainer.steps())
+                .filter(|&mark| refines && mark >= least_steps && mark > trainer.steps())
                 .collect(),
+            least_steps,
             last_refinement: refines,
             rendering: None,
             building: None,
             features: None,
+            superpixels: Arc::default(),
             seconds: None,
         }
     }
@@ -137,15 +171,6 @@ impl SurfaceRefiner {
         if self.is_idle() {
             let surface = Arc::clone(surface);
             self.build_by(labels.clone(), None, move |_| Some(Surface::clone(&surface)));
-        }
-    }
-
-    /// Begins with the surface of estimated depth, by index of the frame, if there is any; that is better than what the
-    /// field knows at the first mark.
-    pub(super) fn begin_with(&mut self, estimated: Vec<Option<Arc<FieldDepth>>>) {
-        if estimated.iter().any(Option::is_some) && self.is_idle() {
-            self.marks.retain(|&mark| mark > REFINEMENT_STEPS[0]);
-            self.build(estimated, LabelSet::default(), None);
         }
     }
 
@@ -194,7 +219,7 @@ impl SurfaceRefiner {
         }
     }
 
-    /// Whether the field's depth is better than none. Where some depth was measured, holes can be filled without it.
+    /// Whether the field's depth is better than what there is without it: where some depth was measured, holes can be filled.
     fn is_useful(&self, trainer: &Trainer) -> bool {
         // The error is unknown where no held-out pixel was measured.
         let is_good = |error: HeldOut| {
@@ -202,7 +227,11 @@ impl SurfaceRefiner {
                 .relative_depth_error
                 .is_none_or(|error| error <= MOST_DEPTH_ERROR)
         };
-        !self.scene.has_depth() || trainer.settled() || trainer.error().is_some_and(is_good)
+        let knows_more = match self.scene.has_depth() {
+            true => trainer.error().is_some_and(is_good),
+            false => trainer.steps() >= self.least_steps,
+        };
+        knows_more || trainer.settled()
     }
 
     fn start(&mut self) {
@@ -290,9 +319,11 @@ impl SurfaceRefiner {
         surface: impl FnOnce(&Scene) -> Option<Surface> + Send + 'static,
     ) {
         let (scene, features) = (Arc::clone(&self.scene), self.features.clone());
+        let superpixels = Arc::clone(&self.superpixels);
         let build = move || {
             let start = Instant::now();
             let mut surface = surface(&scene)?;
+            surface.superpixels = superpixels;
             if let Some(features) = features {
                 surface.add_features(&scene, &features);
             }
@@ -372,6 +403,33 @@ fn measured_around(frame: &Frame, stride: u32, sample: usize) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::Preset;
+    use crate::scene::testing::{wall, without_depth};
+
+    #[test]
+    fn a_field_that_has_hardly_learnt_does_not_take_the_place_of_estimated_depth() {
+        let scene = Arc::new(without_depth(wall(3, 24, 18)));
+        let mut trainer = Trainer::new(Arc::clone(&scene), Preset::Fast, 1).unwrap();
+        trainer.step().unwrap();
+        let depth = FieldDepth {
+            stride: 1,
+            width: 24,
+            lengths: vec![2.0; 24 * 18],
+        };
+        let estimated = vec![Some(Arc::new(depth)); 3];
+        let renders = |refiner: SurfaceRefiner| {
+            assert!(refiner.is_rendering() != refiner.is_building());
+            refiner.is_rendering()
+        };
+        let begun = |estimated| {
+            renders(SurfaceRefiner::beginning_with(
+                estimated, &scene, &trainer, 1.0, 1,
+            ))
+        };
+        assert!(!begun(estimated.clone()) && begun(vec![None; 3]));
+        let learnt = |estimated| renders(SurfaceRefiner::of_learnt(estimated, &scene, &trainer, 1));
+        assert!(!learnt(estimated) && learnt(vec![None; 3]));
+    }
 
     #[test]
     fn large_images_take_no_more_rays_than_small_ones() {

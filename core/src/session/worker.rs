@@ -36,6 +36,8 @@ pub(super) struct Worker<'a> {
     /// The estimation of depth that the first surface comes before; nothing is trained until it ends.
     estimation: Option<Estimation>,
     propagation: Option<LabelPropagation>,
+    /// Training steps when that was taken over.
+    surface_steps: u64,
     semantics: SemanticTrainer,
     demand: Demand,
     /// Imported images that are being propagated over a surface.
@@ -106,12 +108,9 @@ impl<'a> Worker<'a> {
             }
         }
         let threads = options.threads.max(1);
-        let refiner = if is_final {
-            SurfaceRefiner::of_learnt(&scene, &trainer, threads)
-        } else {
-            let mut refiner = SurfaceRefiner::new(&scene, &trainer, 1.0, threads);
-            refiner.begin_with(depth);
-            refiner
+        let refiner = match is_final {
+            true => SurfaceRefiner::of_learnt(depth, &scene, &trainer, threads),
+            false => SurfaceRefiner::beginning_with(depth, &scene, &trainer, 1.0, threads),
         };
         Ok(Self {
             semantics: SemanticTrainer::restored(&saved, &trainer),
@@ -123,6 +122,7 @@ impl<'a> Worker<'a> {
             refiner,
             estimation,
             propagation: None,
+            surface_steps: 0,
             importing: None,
             features: FeatureSearch::new(options.features.clone()),
             waiting: None,
@@ -171,8 +171,8 @@ impl<'a> Worker<'a> {
         };
         self.estimation = None;
         self.trainer = Trainer::new(Arc::clone(&scene), self.options.preset, self.options.seed)?;
-        self.refiner = SurfaceRefiner::new(&scene, &self.trainer, 1.0, self.options.threads.max(1));
-        self.refiner.begin_with(depth);
+        let threads = self.options.threads.max(1);
+        self.refiner = SurfaceRefiner::beginning_with(depth, &scene, &self.trainer, 1.0, threads);
         if self.settling {
             self.refiner.finish(&self.trainer);
         }
@@ -310,7 +310,7 @@ impl Worker<'_> {
                 self.importing = Some(self.import_onto(propagation.surface()));
                 self.waiting = Some(propagation);
             } else {
-                self.take_propagation(propagation);
+                self.take_propagation(propagation, None);
             }
             self.import_if_due();
         }

@@ -170,7 +170,7 @@ impl History {
         self.commit(Edit {
             name,
             strokes,
-            objects: Some((before, after)),
+            objects: (before != after).then_some((before, after)),
             imported,
             ..Edit::default()
         })

@@ -36,9 +36,17 @@ impl Worker<'_> {
         }
     }
 
-    pub(super) fn take_propagation(&mut self, mut propagation: LabelPropagation) {
+    /// Goes on with a new surface, and with the imported images that it may have waited for.
+    pub(super) fn take_propagation(
+        &mut self,
+        mut propagation: LabelPropagation,
+        import: Option<SurfaceImport>,
+    ) {
         timed(&mut self.seconds.semantics, || {
             propagation.set_labels(&self.scene, &self.labels);
+            import
+                .into_iter()
+                .for_each(|import| propagation.set_import(import));
         });
         tracing::info!(
             nodes = propagation.surface().graph.len(),
@@ -46,9 +54,18 @@ impl Worker<'_> {
             geometry_seconds = self.seconds.geometry,
             "a surface is built"
         );
-        if let Some(before) = &self.propagation {
+        // Of what else is new, nothing tells whether training still improves the labels.
+        let known = |propagation: &LabelPropagation| {
+            let is_import_known = propagation.has_import_of(&self.labels);
+            (is_import_known, propagation.surface().look.has_features())
+        };
+        let is_alike = |before: &&LabelPropagation| known(before) == known(&propagation);
+        if let Some(before) = self.propagation.as_ref().filter(is_alike)
+            && self.trainer.steps() > self.surface_steps
+        {
             self.demand.surface_changed(before, &propagation);
         }
+        self.surface_steps = self.trainer.steps();
         self.find_features();
         self.propagation = Some(propagation);
         self.check_anew();
@@ -82,16 +99,19 @@ impl Worker<'_> {
             Some(Err(TryRecvError::Empty)) | None => return Ok(()),
         };
         self.importing = None;
-        if let Some(propagation) = self.waiting.take() {
-            self.take_propagation(propagation);
-        }
         // The labels may have changed in the meantime.
         let import = import.filter(|import| import.is_of(&self.labels));
-        if let (Some(import), Some(propagation)) = (import, &mut self.propagation) {
+        let before = self.propagation.as_ref();
+        let is_new = import.is_some() && !before.is_some_and(|before| before.has_import_of(&self.labels));
+        if let Some(propagation) = self.waiting.take() {
+            self.take_propagation(propagation, import);
+        } else if let (Some(import), Some(propagation)) = (import, &mut self.propagation) {
             timed(&mut self.seconds.semantics, || propagation.set_import(import));
             self.check_anew();
-            self.labels_changed();
             self.refresh_all();
+        }
+        if is_new {
+            self.labels_changed();
         }
         self.import_if_due();
         Ok(())
