@@ -8,6 +8,14 @@ macro_rules! println {
     };
 }
 
+/// The same for what is told beside the work, which goes on when nobody reads it.
+macro_rules! eprintln {
+    ($($line:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($line)*);
+    }};
+}
+
 mod arguments;
 mod commands;
 mod logging;

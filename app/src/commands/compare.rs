@@ -1,6 +1,5 @@
 //! `inplace compare`: how far two projects of one scene agree.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use inplace_core::arguments::TrainingArguments;
@@ -15,13 +14,12 @@ use crate::arguments::CompareArguments;
 /// The folder of the images that show where they differ.
 const DIFFERENCES: &str = "differences";
 
-/// A project with the maps that its export would have.
-fn read(
-    project: &Path,
+/// A project with maps of all its frames: by its saved model, or else trained until they have settled.
+fn labelled(
+    contents: Contents,
     training: &TrainingArguments,
     progress: &Arc<Progress>,
 ) -> Result<Labelling, Failure> {
-    let contents = Contents::read(project)?;
     let session = run::of_project(&contents, training, false);
     let open = session.open;
     let mut client = run::start(session, progress);
@@ -43,8 +41,13 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
         export::prepare(out, &[DIFFERENCES])?;
     }
     let progress = Arc::new(Progress::default());
-    let first = read(&arguments.first, &arguments.training, &progress)?;
-    let second = read(&arguments.second, &arguments.training, &progress)?;
+    // Both, before the work on the first.
+    let (first, second) = (
+        Contents::read(&arguments.first)?,
+        Contents::read(&arguments.second)?,
+    );
+    let first = labelled(first, &arguments.training, &progress)?;
+    let second = labelled(second, &arguments.training, &progress)?;
     progress.show("comparing");
     let differences = arguments.out.as_ref().map(|out| out.join(DIFFERENCES));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.training.reading.threads());

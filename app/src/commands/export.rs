@@ -54,12 +54,25 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             );
         }
     }
-    if trajectory.is_some() && is_capture(&arguments.out, &contents.scene.source) {
-        return Err(format!(
-            "{}: is the capture itself, and its poses would be lost; choose another folder with --out",
-            arguments.out.display()
-        )
-        .into());
+    if trajectory.is_some() {
+        let source = &contents.scene.source;
+        if is_capture(&arguments.out, source) || has_other_images(&arguments.out) {
+            return Err(format!(
+                "{}: is a capture itself, whose poses would be lost; choose another folder with --out",
+                arguments.out.display()
+            )
+            .into());
+        }
+        let read = [&arguments.trajectory, &arguments.intrinsics];
+        let written = ["traj_w_c.txt", "intrinsics.txt"].map(|name| arguments.out.join(name));
+        let mut read = read.into_iter().flatten();
+        if let Some(path) = read.find(|path| written.iter().any(|file| same_file(path, file))) {
+            return Err(format!(
+                "{}: would be replaced by the poses of the views; keep the path elsewhere, or choose another folder with --out",
+                path.display()
+            )
+            .into());
+        }
     }
     export::prepare(&arguments.out, &[])?;
     let session = run::of_project(&contents, &arguments.training, trajectory.is_some());
@@ -91,7 +104,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let (labels, parts) = (contents.history.labels(), contents.parts());
         exported(LabelledScene::new(&scene, labels, &parts, &contents.maps))?
     } else {
-        let is_learnt = session.state.is_some();
+        let saved_steps = session.state.as_ref().map_or(0, |saved| saved.model.steps);
         let mut client = run::start(session, &progress);
         let listed = client.listed()?;
         contents.check(&listed)?;
@@ -99,6 +112,8 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             export::prepare_pngs(&arguments.out, &listed)?;
         }
         let scene = client.opened()?;
+        // A model that does not fit is left out.
+        let is_learnt = saved_steps > 0 && run::first_status(&mut client)?.steps >= saved_steps;
         let usual = (scene.has_depth() && trajectory.is_none() && !is_learnt).then_some(BUDGET);
         let budget = arguments.budget.filter(|_| !is_learnt).or(usual);
         if trajectory.is_some() {
@@ -163,6 +178,14 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
 /// Whether a folder is that of the capture.
 fn is_capture(folder: &Path, source: &SceneSource) -> bool {
     matches!(source, SceneSource::Folder(capture) if same_file(folder, capture))
+}
+
+/// Whether a folder is a capture in the Replica layout whose images are not rendered views.
+fn has_other_images(folder: &Path) -> bool {
+    let files = folder.join("rgb").read_dir().into_iter().flatten().flatten();
+    let mut names = files.map(|file| file.file_name().to_string_lossy().into_owned());
+    let is_other = |name: String| name.starts_with("rgb_") || name.ends_with(".jpg");
+    folder.join("traj_w_c.txt").is_file() && names.any(is_other)
 }
 
 /// Whether the maps that a project holds say all that is asked for: objects and probabilities are told by the surface,

@@ -68,6 +68,15 @@ pub(super) fn writing(progress: &Progress) -> impl Fn(usize, usize) -> ControlFl
     }
 }
 
+/// Waits for what is told first of the work on an opened scene, and returns it.
+pub(super) fn first_status(client: &mut Client) -> Result<Status, ClientError> {
+    loop {
+        if let Some(Event::Status(status)) = client.next(None)? {
+            return Ok(status);
+        }
+    }
+}
+
 /// Waits for the first surface, and returns it.
 pub(super) fn surface(client: &mut Client) -> Result<Arc<Surface>, ClientError> {
     loop {

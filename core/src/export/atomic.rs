@@ -37,9 +37,11 @@ pub(super) fn holds(path: &Path, bytes: &[u8]) -> bool {
         && fs::read(path).is_ok_and(|found| found == bytes)
 }
 
+/// Files that this process has begun.
+static WRITTEN: AtomicU64 = AtomicU64::new(0);
+
 /// The hidden name that a file has while this process writes it: short, as its own may be as long as names can be.
 pub(super) fn temporary(path: &Path) -> PathBuf {
-    static WRITTEN: AtomicU64 = AtomicU64::new(0);
     let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
     path.with_file_name(format!(".{number}.{}{SUFFIX}", std::process::id()))
 }
@@ -54,14 +56,21 @@ pub(super) fn prepare(folder: &Path) -> io::Result<()> {
         let entry = entry?;
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name.starts_with('.')
-            && let Some((_, process)) = name.strip_suffix(SUFFIX).and_then(|name| name.rsplit_once('.'))
-            && !is_running(process)
+        let hidden = name.strip_prefix('.').and_then(|name| name.strip_suffix(SUFFIX));
+        if let Some((number, process)) = hidden.and_then(|name| name.rsplit_once('.'))
+            && (!is_running(process) || is_of_the_same_number(number, process))
         {
             fs::remove_file(entry.path())?;
         }
     }
     Ok(())
+}
+
+/// Whether a file is of an earlier process that had the number of this one, as every run in a container has: this one has
+/// begun none with that number.
+fn is_of_the_same_number(number: &str, process: &str) -> bool {
+    let begun = WRITTEN.load(Ordering::Relaxed);
+    process == std::process::id().to_string() && number.parse().is_ok_and(|number: u64| number >= begun)
 }
 
 /// Whether a process with this number runs, where the system says so in a file (Linux).

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::Refusal;
 use super::layout::{About, Labelled, Layout, OutputFile, json_file};
 use super::original::original;
-use super::pngs::{OBJECTS, ObjectPixels, objects_file};
+use super::pngs::{CLASSES, OBJECTS, ObjectPixels, objects_file};
 use crate::labels::{ClassId, VOID, png};
 
 const IMAGES: &str = "images";
@@ -20,6 +20,10 @@ const LABELS: &str = "labels";
 /// - metadata: a line for each frame; its columns become `image`, `label`, `objects` and `classes`
 /// - id2label: names by ids, as the models of `transformers` take them; 0 is `void`
 pub(super) struct HuggingFace;
+
+impl HuggingFace {
+    pub(super) const LISTS: &'static [&'static str] = &["id2label.json", "metadata.jsonl"];
+}
 
 /// A line of `metadata.jsonl`.
 #[derive(Serialize)]
@@ -36,7 +40,8 @@ impl Layout for HuggingFace {
     type Entry = (Row, ObjectPixels);
     const FOLDERS: &'static [&'static str] = &[IMAGES, LABELS];
     const OBJECT_FOLDERS: &'static [&'static str] = &[OBJECTS];
-    const INDEX: &'static [&'static str] = &["id2label.json", "metadata.jsonl"];
+    // The list of classes is one of label images, which would tell of other numbers.
+    const INDEX: &'static [&'static str] = &[Self::LISTS[0], Self::LISTS[1], CLASSES];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;
@@ -80,8 +85,8 @@ impl Layout for HuggingFace {
             .collect();
         names.insert(VOID, "void");
         let mut files = vec![
-            json_file(Self::INDEX[0], &names)?,
-            OutputFile::new(Self::INDEX[1], metadata),
+            json_file(Self::LISTS[0], &names)?,
+            OutputFile::new(Self::LISTS[1], metadata),
         ];
         files.extend(objects_file(about, &pixels)?);
         Ok(files)

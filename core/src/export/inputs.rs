@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use sha2::{Digest, Sha256};
 
 use super::pngs::{OBJECTS, PNG_FOLDERS};
@@ -15,7 +15,8 @@ use crate::field::Preset;
 /// number of threads is not among it: it decides how soon they are there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
-    /// Absolute path of the capture or project; the word "demo".
+    /// Absolute path of the capture or project; the word "demo". What is no Unicode in it is not kept.
+    #[serde(serialize_with = "lossy")]
     pub scene: PathBuf,
     /// [`digest`] of the strokes file, or of the project that brings its own; `None` where they are built in or there
     /// are none.
@@ -38,6 +39,10 @@ pub struct Inputs {
     pub image_bytes: u64,
     /// Wall time that the run may take, in seconds.
     pub budget_s: Option<f64>,
+}
+
+fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
 }
 
 /// SHA-256 of the names and contents of files, in the given order, as hexadecimal digits. The folders that they are in do

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::pngs::CLASSES;
+use super::pngs::{CLASSES, OBJECT_LIST};
 use super::{ExportError, Ids, Options, REPORT, Refusal, atomic};
 use crate::labels::{Class, ClassId, LabelSet, Object, ObjectId, VOID};
 use crate::project::same_file;
-use crate::scene::{Frame, ImagePixels, Scene};
+use crate::scene::{Frame, ImagePixels, Scene, SceneSource};
 use crate::semantics::{KnownPart, Surface, SurfaceObjects};
 use crate::session::{CERTAIN, FrameMap};
 
@@ -276,6 +276,8 @@ pub(super) struct OutputFile {
     /// Below the export's folder.
     pub(super) path: PathBuf,
     pub(super) bytes: Vec<u8>,
+    /// Whether it is a copy of an image of the capture.
+    is_copy: bool,
 }
 
 impl OutputFile {
@@ -283,6 +285,15 @@ impl OutputFile {
         Self {
             path: path.into(),
             bytes,
+            is_copy: false,
+        }
+    }
+
+    /// A copy of an image of the capture.
+    pub(super) fn copy(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
+        Self {
+            is_copy: true,
+            ..Self::new(path, bytes)
         }
     }
 
@@ -292,10 +303,14 @@ impl OutputFile {
         name.to_string_lossy().into_owned()
     }
 
-    /// Whether it would be new in the folder of this image of the capture: over it, or beside it as another.
-    fn is_among(&self, folder: &Path, image: &Path) -> bool {
+    /// Whether it would be new in the folder of this image of the capture, over it or beside it as another, or be a copy over
+    /// another image of the capture: that may have the same ones in several sizes.
+    fn is_among(&self, folder: &Path, image: &Path, source: &SceneSource) -> bool {
         let path = folder.join(&self.path);
-        path.parent().is_some_and(|place| is_in(image, place)) && !self.is_there(folder)
+        let is_own = path.parent().is_some_and(|place| is_in(image, place));
+        let in_capture = || matches!(source, SceneSource::Folder(capture) if same_file(folder, capture));
+        let replaces = || self.is_copy && path.exists() && in_capture();
+        (is_own || replaces()) && !self.is_there(folder)
     }
 
     /// Whether it is in an export's folder already.
@@ -410,6 +425,7 @@ pub(super) fn write<L: Layout>(
     let classes = ids.classes();
     layout.check(classes).map_err(incomplete)?;
     let objects = Objects::of(labelled, &ids);
+    refuse_truth(folder, labelled.scene)?;
     super::prepare(folder, L::FOLDERS)?;
     match &objects {
         Some(_) => super::prepare(folder, L::OBJECT_FOLDERS)?,
@@ -421,7 +437,7 @@ pub(super) fn write<L: Layout>(
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
     // Nothing may list other files than those beside it, even if this export is stopped: what does is removed before.
-    let write_files = |written: Vec<OutputFile>, outdated: &[&str]| {
+    let write_files = |written: Vec<OutputFile>, outdated: &[&str], is_of_frame: bool| {
         written.iter().try_for_each(|file| -> Result<(), ExportError> {
             if file.is_there(folder) {
                 unchanged.fetch_add(1, Ordering::Relaxed);
@@ -429,6 +445,9 @@ pub(super) fn write<L: Layout>(
             }
             for name in outdated {
                 super::remove(&folder.join(name))?;
+            }
+            if is_of_frame && objects.is_some() {
+                forget_objects(folder, L::OBJECT_FOLDERS)?;
             }
             files.fetch_add(1, Ordering::Relaxed);
             file.replace(folder)
@@ -449,12 +468,15 @@ pub(super) fn write<L: Layout>(
         )
         .and_then(|labelled| layout.frame(&labelled))
         .map_err(|reason| ExportError::incomplete(folder, format!("frame \"{}\": {reason}", frame.stem)))?;
-        if let Some(file) = written.iter().find(|file| file.is_among(folder, &frame.path)) {
+        if let Some(file) = written
+            .iter()
+            .find(|file| file.is_among(folder, &frame.path, &labelled.scene.source))
+        {
             let name = file.path.display();
             let reason = format!("{name} would lie among the capture's own images; choose another folder");
             return Err(ExportError::incomplete(folder, reason));
         }
-        write_files(written, L::INDEX)?;
+        write_files(written, L::INDEX, true)?;
         let done = frames.fetch_add(1, Ordering::Relaxed) + 1;
         if progress(done, maps.len()).is_break() {
             stopped.store(true, Ordering::Relaxed);
@@ -474,16 +496,38 @@ pub(super) fn write<L: Layout>(
         classes,
         objects: objects.as_ref().map(|objects| objects.listed.as_slice()),
     };
-    write_files(layout.index(about, entries).map_err(incomplete)?, &[])?;
+    write_files(layout.index(about, entries).map_err(incomplete)?, &[], false)?;
     Ok(Written {
         files: files.into_inner(),
         unchanged: unchanged.into_inner(),
     })
 }
 
+/// Refuses the folder of a capture that has labels and lists of its own.
+pub(super) fn refuse_truth(folder: &Path, scene: &Scene) -> Result<(), ExportError> {
+    let is_any = |names: &[&str]| names.iter().any(|name| folder.join(name).exists());
+    let in_capture = matches!(&scene.source, SceneSource::Folder(capture) if same_file(folder, capture));
+    if in_capture && is_any(&["semantic_class", "semantic_instance"]) && is_any(&[CLASSES, OBJECT_LIST]) {
+        let reason = format!(
+            "it has the {CLASSES} or {OBJECT_LIST} of the capture's own labels; choose another folder"
+        );
+        return Err(ExportError::incomplete(folder, reason));
+    }
+    Ok(())
+}
+
+/// Empties the list of an earlier export's objects: its numbers may mean others in what is written now.
+fn forget_objects(folder: &Path, inner: &[&str]) -> Result<(), ExportError> {
+    let list = OutputFile::new(OBJECT_LIST, b"[]\n".to_vec());
+    if !inner.is_empty() && folder.join(&list.path).is_file() {
+        list.write(folder)?;
+    }
+    Ok(())
+}
+
 /// Removes what an earlier export said of objects: whoever reads it beside the new labels believes it before them.
 fn remove_objects(folder: &Path, inner: &[&str], scene: &Scene) -> Result<(), ExportError> {
-    let list = folder.join("objects.json");
+    let list = folder.join(OBJECT_LIST);
     let places = inner.iter().map(|name| folder.join(name));
     // One without the other is not ours.
     for place in places.filter(|place| place.is_dir() && list.is_file()) {

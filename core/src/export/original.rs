@@ -24,7 +24,7 @@ pub(super) fn original(frame: &Frame, folder: &str) -> Result<OutputFile, Refusa
         }
     };
     let path = format!("{folder}/{}{extension}", frame.stem);
-    Ok(OutputFile::new(path, bytes))
+    Ok(OutputFile::copy(path, bytes))
 }
 
 /// The colours of the image, distortion included, row-major `[height, width, 3]`.

@@ -45,7 +45,11 @@ pub(super) fn encode(comments: &[String], vertices: &[Vertex], triangles: Option
     let mut header = "ply\nformat binary_little_endian 1.0\n".to_owned();
     // Writing to a string cannot fail.
     for comment in comments {
-        let _ = writeln!(header, "comment {}", comment.escape_default());
+        let escaped = comment.chars().map(|c| match c {
+            ' '..='~' => c.to_string(),
+            c => c.escape_default().to_string(),
+        });
+        let _ = writeln!(header, "comment {}", escaped.collect::<String>());
     }
     let _ = writeln!(header, "element vertex {}", vertices.len());
     for (kind, name) in VERTEX {

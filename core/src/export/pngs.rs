@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::layout::{About, ExportedObject, Labelled, Layout, OutputFile, is_in, json_file};
+use super::layout::{About, ExportedObject, Labelled, Layout, OutputFile, is_in, json_file, refuse_truth};
 use super::{ExportError, Refusal};
 use crate::labels::{Class, ClassId, png};
 use crate::scene::Scene;
@@ -24,8 +24,9 @@ pub(super) struct Pngs;
 
 /// Where the objects go.
 pub(super) const OBJECTS: &str = "objects";
-/// The list of the classes.
+/// The list of the classes, and that of the objects.
 pub(super) const CLASSES: &str = "classes.json";
+pub(super) const OBJECT_LIST: &str = "objects.json";
 
 /// Pixels of each object in a frame.
 pub(super) struct ObjectPixels(BTreeMap<u16, u64>);
@@ -58,7 +59,7 @@ pub(super) fn objects_file(about: About<'_>, frames: &[ObjectPixels]) -> Result<
         }
     };
     let shown = objects.iter().map(record).filter(|record| record.pixels > 0);
-    Ok(Some(json_file("objects.json", &shown.collect::<Vec<_>>())?))
+    Ok(Some(json_file(OBJECT_LIST, &shown.collect::<Vec<_>>())?))
 }
 
 /// A line of `objects.json`.
@@ -90,6 +91,7 @@ pub fn prepare_pngs(folder: &Path, scene: &Scene) -> Result<(), ExportError> {
         let reason = format!("{inner}/ has the capture's own images; choose another folder");
         return Err(ExportError::incomplete(folder, reason));
     }
+    refuse_truth(folder, scene)?;
     super::prepare(folder, &PNG_FOLDERS)
 }
 
@@ -97,6 +99,8 @@ impl Layout for Pngs {
     type Entry = ObjectPixels;
     const FOLDERS: &'static [&'static str] = &PNG_FOLDERS;
     const OBJECT_FOLDERS: &'static [&'static str] = &[OBJECTS];
+    // Of an export for Hugging Face, which would tell of other numbers.
+    const INDEX: &'static [&'static str] = super::hugging_face::HuggingFace::LISTS;
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, Self::Entry), Refusal> {
         let [width, height] = frame.size;

@@ -13,7 +13,7 @@ use super::*;
 use crate::labels::testing::clicked;
 use crate::labels::{Class, ClassId, History, ObjectId, Stroke, png};
 use crate::scene::testing::{self, wall};
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Scene, SceneSource};
 use crate::semantics::LabelPropagation;
 use crate::semantics::testing::propagated;
 use crate::session::FrameMap;
@@ -154,12 +154,15 @@ fn what_a_killed_run_left_is_cleared_away() {
     // No process has this number.
     let left = root.path().join("labels/.a.png.4294967295.inplace-tmp");
     let others = atomic::temporary(&root.path().join("labels/b.png"));
-    for begun in [&left, &others] {
+    // A run before this one had its number.
+    let same = format!("labels/.{}.{}.inplace-tmp", u64::MAX, std::process::id());
+    let same = root.path().join(same);
+    for begun in [&left, &others, &same] {
         fs::write(begun, "half").unwrap();
     }
     fs::write(root.path().join("labels/mine.txt"), "kept").unwrap();
     prepare(root.path(), &["labels"]).unwrap();
-    assert!(!left.exists());
+    assert!(!left.exists() && !same.exists());
     assert_eq!(
         others.exists(),
         cfg!(target_os = "linux"),
@@ -216,6 +219,32 @@ fn an_export_into_the_folder_of_the_capture_leaves_its_images_alone() {
     prepare_pngs(root.path(), &scene).unwrap();
 }
 
+#[test]
+fn a_copy_of_an_image_takes_the_place_of_no_other_size_of_it_in_the_capture() {
+    let root = tempfile::tempdir().unwrap();
+    let mut scene = scene(&["rgb_0"]);
+    scene.source = SceneSource::Folder(root.path().to_path_buf());
+    let (classes, maps) = ([Class::new(1, "wall")], [map(0, [1; 6])]);
+    for (folder, shade) in [("images", 7), ("images_4", 8)] {
+        fs::create_dir(root.path().join(folder)).unwrap();
+        scene.frames[0].path = root.path().join(folder).join("rgb_0.png");
+        let photo = png::encode_rgb(3, 2, &[shade; 18]).unwrap();
+        fs::write(&scene.frames[0].path, photo).unwrap();
+    }
+    let large = root.path().join("images/rgb_0.png");
+    let before = fs::read(&large).unwrap();
+    let into = |folder: &Path| {
+        let options = (Format::CocoInstances, &Options::default());
+        export_all(folder, &scene, &classes, &maps, options)
+    };
+    let error = into(root.path()).unwrap_err().to_string();
+    assert!(error.contains("the capture's own images"), "{error}");
+    assert_eq!(fs::read(&large).unwrap(), before);
+    let elsewhere = root.path().join("labels");
+    into(&elsewhere).unwrap();
+    assert!(elsewhere.join("images/rgb_0.png").is_file());
+}
+
 /// A history with a class of things, 4, and one of stuff, 9.
 fn panel_and_floor() -> History {
     let mut history = History::default();
@@ -265,6 +294,12 @@ fn objects_that_are_shown_are_listed_with_the_same_numbers_in_all_frames() {
         serde_json::json!(records),
         "what no frame shows is not listed"
     );
+    // What is written anew and not to the end has no list that tells of other numbers.
+    let stop = |_, _| ControlFlow::Break(());
+    fs::remove_file(root.path().join("objects/rgb_0.png")).unwrap();
+    let stopped = || export(root.path(), labelled, Format::Png, &Options::default(), &stop);
+    assert!(testing::on_threads(1, stopped).is_err());
+    assert_eq!(files(root.path())["objects.json"], b"[]\n");
     // Where nothing is known of objects, those of before are none of these labels.
     let map = |frame| FrameMap::new(frame, 2, [64, 48], vec![9; 64 * 48], vec![0; 64 * 48]).unwrap();
     let bare = [0, 1, 2].map(|frame| Arc::new(map(frame)));

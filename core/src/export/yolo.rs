@@ -19,7 +19,8 @@ pub(super) struct Yolo;
 impl Layout for Yolo {
     type Entry = ();
     const FOLDERS: &'static [&'static str] = &[IMAGES, LABELS];
-    const INDEX: &'static [&'static str] = &["data.yaml"];
+    // Ultralytics keeps what it has read of labels in a cache, and tells outdated ones by their size alone.
+    const INDEX: &'static [&'static str] = &["data.yaml", "labels.cache"];
 
     fn frame(&self, frame: &Labelled<'_>) -> Result<(Vec<OutputFile>, ()), Refusal> {
         let original = original(frame.frame, IMAGES)?;

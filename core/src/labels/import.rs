@@ -234,6 +234,8 @@ struct Files {
 
 impl Files {
     fn find(folder: &Path) -> Result<Self, ImportError> {
+        // So that "." has a name, and a folder above it.
+        let folder = &std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
         let list = |folder: &Path| Some(folder.join("objects.json")).filter(|path| path.is_file());
         let inner = |names: &[&str]| {
             let mut places = names.iter().map(|name| folder.join(name));

@@ -22,6 +22,9 @@ pub(super) struct LabelImage {
     row: usize,
     /// Row-major, as the file has them.
     bytes: Vec<u8>,
+    /// What the file says of transparency, where pixels do not: the opacity of the first colours of a palette, or else the
+    /// samples of a pixel that is not there (chunk `tRNS`).
+    transparency: Option<Vec<u8>>,
 }
 
 impl LabelImage {
@@ -49,6 +52,7 @@ impl LabelImage {
             depth: info.bit_depth,
             row: info.line_size,
             bytes,
+            transparency: reader.info().trns.as_deref().map(<[u8]>::to_vec),
         })
     }
 
@@ -75,7 +79,24 @@ impl LabelImage {
         })
     }
 
-    /// What is read of every pixel by the samples of its channels, row-major.
+    /// Whether a pixel is there at all as far as the file says so in one place.
+    fn is_there(&self, pixel: &[u16]) -> bool {
+        let Some(transparency) = &self.transparency else {
+            return true;
+        };
+        if self.color == ColorType::Indexed {
+            // Half transparent ones are so for looks: there are no soft edges between indices.
+            let is_clear = |&index: &u16| transparency.get(usize::from(index)) == Some(&0);
+            return !pixel.first().is_some_and(is_clear);
+        }
+        // One byte or two for each.
+        let samples = transparency.chunks_exact((transparency.len() / pixel.len().max(1)).max(1));
+        let wider = |sample: u16, &byte: &u8| sample << 8 | u16::from(byte);
+        let samples = samples.map(|bytes| bytes.iter().fold(0, wider));
+        !samples.eq(pixel.iter().copied())
+    }
+
+    /// What is read of every pixel by the samples of its channels, row-major, 0 where it is not there.
     fn values(&self, value: impl Fn(&[u16]) -> Result<u16, PixelProblem>) -> Result<Vec<u16>, String> {
         let [width, height] = self.size.map(|side| side as usize);
         let channels = self.color.samples();
@@ -87,7 +108,12 @@ impl LabelImage {
             for (column, pixel) in samples.chunks_exact(channels).take(width).enumerate() {
                 let at_its_place =
                     |(problem, remedy)| format!("{problem} at column {column}, row {row}, {remedy}");
-                values.push(value(pixel).map_err(at_its_place)?);
+                let is_there = self.is_there(pixel);
+                values.push(if is_there {
+                    value(pixel).map_err(at_its_place)?
+                } else {
+                    0
+                });
             }
         }
         Ok(values)

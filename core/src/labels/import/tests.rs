@@ -429,3 +429,33 @@ fn objects_that_cannot_be_used_are_refused_by_name() {
         assert!(error.contains("objects.json") && error.contains(told), "{error}");
     }
 }
+
+#[test]
+fn what_a_file_says_to_be_transparent_says_nothing() {
+    let scene = wall(1, 8, 6);
+    let root = tempfile::tempdir().unwrap();
+    let values: Vec<u8> = (0..48).map(|pixel| [3, 7, 5][pixel % 3]).collect();
+    let expected: Vec<ClassId> = values
+        .iter()
+        .map(|&value| if value == 7 { VOID } else { value.into() })
+        .collect();
+    let opacity: [u8; 8] = [255, 255, 255, 255, 255, 128, 255, 0];
+    for (color, transparency) in [
+        (::png::ColorType::Grayscale, &[0, 7][..]),
+        (::png::ColorType::Indexed, &opacity[..]),
+    ] {
+        let mut file = Vec::new();
+        let mut encoder = ::png::Encoder::new(&mut file, 8, 6);
+        encoder.set_color(color);
+        if color == ::png::ColorType::Indexed {
+            encoder.set_palette(vec![9; 3 * 8]);
+        }
+        encoder.set_trns(transparency.to_vec());
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&values).unwrap();
+        writer.finish().unwrap();
+        fs::write(root.path().join("rgb_0.png"), file).unwrap();
+        let found = read(root.path(), &scene).unwrap();
+        assert_eq!(found.labels.maps[0].labels(), expected, "{color:?}");
+    }
+}
