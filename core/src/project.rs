@@ -30,7 +30,7 @@ pub use error::ProjectError;
 pub use journal::Journal;
 pub use location::{autosave_path, configuration_folder, log_path, picture_name, pictures_folder, same_file};
 pub use opened::Opened;
-pub use writer::JournalEvent;
+pub use writer::{JournalEvent, SaveAs};
 
 use crate::labels::{Edit, History, ImportId, ImportedLabels};
 use crate::session::{FrameMap, ModelState};

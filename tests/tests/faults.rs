@@ -11,7 +11,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use inplace_core::labels::{History, Stroke};
-use inplace_core::project::{Contents, Journal, JournalEvent, Opened, Project, ProjectError, Step};
+use inplace_core::project::{Contents, Journal, JournalEvent, Opened, Project, ProjectError, SaveAs, Step};
 use inplace_tests::{
     FOLDER, Outcome, Running, behind, child, contents, files_below, folder_of_child, strokes_of, succeed,
 };
@@ -78,7 +78,11 @@ impl Drop for WriteProtected {
 /// Saves under a name in another folder and makes sure that everything is there.
 fn save_elsewhere(journal: &Journal, folder: &Path, history: &History) {
     let path = folder.join("rescued.inplace");
-    journal.save_as(path.clone(), false);
+    journal.save_as(SaveAs {
+        path: path.clone(),
+        replace: false,
+        remove_old: false,
+    });
     let mut events = std::iter::from_fn(|| journal.events().recv_timeout(Duration::from_secs(60)).ok());
     let other = events.find(|event| !matches!(event, JournalEvent::Failed(_)));
     assert_eq!(other, Some(JournalEvent::Saved { path: path.clone() }));

@@ -1,6 +1,14 @@
 //! A thread beside the UI thread that is asked and answers: the UI thread never waits for it.
 
+use std::time::Duration;
+
 use crossbeam_channel::{Receiver, Sender, unbounded};
+
+/// Has the window drawn once for something that is new. A request without any delay would have it drawn twice, which is meant
+/// for what a person does; while the scene is learnt there is something new all the time.
+pub fn wake(ctx: &egui::Context) {
+    ctx.request_repaint_after(Duration::from_nanos(1));
+}
 
 /// The window's end of the thread. The thread ends with it, at the latest when it has its next answer.
 #[derive(Debug)]
@@ -95,7 +103,7 @@ impl<Question, Answer> Desk<Question, Answer> {
     /// [`Gone`] when nobody listens.
     pub fn tell(&self, answer: Answer) -> Result<(), Gone> {
         self.answers.send(answer).map_err(|_| Gone)?;
-        self.ctx.request_repaint();
+        wake(&self.ctx);
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! The frame canvas: the image with its layer, the strokes and suggestions over it, and drawing on it.
 
+mod composed;
 mod content;
 mod cpu;
 mod field_view;
@@ -29,7 +30,7 @@ use inplace_model::palette::Palette;
 use inplace_model::settings::Settings;
 use inplace_model::text::counted;
 use inplace_model::tool::{Tool, stepped_brush};
-use inplace_model::versioned::{Version, Versioned};
+use inplace_model::versioned::Versioned;
 use inplace_model::view::View;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands, Model};
@@ -61,14 +62,7 @@ enum Renderer {
     /// By a wgpu paint callback.
     Gpu(wgpu::TextureFormat),
     /// As one texture for each side, composed on the CPU.
-    Cpu(Box<[Option<Composed>; gpu::SIDES]>),
-}
-
-/// A composed texture and what it was made of.
-struct Composed {
-    texture: egui::TextureHandle,
-    /// Versions of the image, of what lies over it and of the palette, the look, and by what its sides are divided.
-    made_of: (Version, Option<Version>, Version, Look, u32),
+    Cpu(Box<[composed::Side; gpu::SIDES]>),
 }
 
 /// The canvas.
@@ -197,10 +191,12 @@ impl Canvas {
         commands: &mut Commands,
     ) -> bool {
         let drafted = self.gesture.draft().is_some();
+        // What waits unfinished on the frame of a suggestion leaves it the keys that answer.
+        let answers = workspace.suggestions().is_active();
         match key {
-            Key::Escape if self.gesture.is_drawing() => self.gesture.cancel(),
+            Key::Escape if self.gesture.is_drawing() && !answers => self.gesture.cancel(),
             Key::Escape if workspace.selected.is_some() => commands.push(Command::SelectStroke(None)),
-            Key::Enter if drafted && !focused => {
+            Key::Enter if drafted && !focused && !answers => {
                 if let Some(line) = self.gesture.finish() {
                     commands.push(Command::Draw(line));
                 }
@@ -275,8 +271,11 @@ impl Canvas {
             line_end: workspace.line_end(),
             time: ui.input(|input| input.time),
         };
+        let corners = |gesture: &Gesture| gesture.draft().map(|draft| draft.points.len());
+        let before = corners(&self.gesture);
         let view = self.follow(ui, workspace, &around, &model.settings, commands);
-        if self.gesture.is_drawing() && workspace.suggestions().is_active() {
+        let draws = self.gesture.line().is_some() || corners(&self.gesture) != before;
+        if draws && workspace.suggestions().is_active() {
             // Whoever draws has turned to something else, also before the line is finished.
             commands.push(Command::LeaveSuggestions);
         }
@@ -359,9 +358,8 @@ impl Canvas {
 
     /// Whether the pointer has rested since the person went to the suggestion that keys answer now.
     fn rests(&mut self, workspace: &Workspace, pointer: Option<Pos2>) -> bool {
-        let suggestions = workspace.suggestions();
-        let at = suggestions.at().and_then(|index| suggestions.listed.get(index));
-        let suggested = at.map(|place| (place.frame, place.pixel));
+        let at_hand = workspace.suggestions().place_at_hand();
+        let suggested = at_hand.map(|place| (place.frame, place.pixel));
         if suggested != self.suggested {
             (self.suggested, self.resting) = (suggested, pointer.filter(|_| suggested.is_some()));
         }
@@ -490,10 +488,10 @@ impl Canvas {
         look: Look,
     ) -> bool {
         let clock = UploadClock::clone(&self.clock);
-        let picture = content.picture.clone();
+        let is_ready = content.picture.is_some();
         match &mut self.renderer {
             Renderer::Gpu(target) => {
-                if picture.is_none() {
+                if !is_ready {
                     content.over = None;
                 }
                 let draw = gpu::Draw {
@@ -506,36 +504,9 @@ impl Canvas {
                 };
                 painter.add(egui_wgpu::Callback::new_paint_callback(painter.clip_rect(), draw));
             }
-            Renderer::Cpu(sides) => {
-                let composed = &mut sides[side];
-                let over = content.over.as_ref().map(|over| over.version);
-                if let Some(picture) = &picture {
-                    // About as many pixels as the screen shows, and the same while the view is panned.
-                    let on_screen = placement.rect().width() * painter.pixels_per_point();
-                    let stride = (picture.color.width() as f32 / on_screen).max(1.0) as u32;
-                    let made_of = (picture.version, over, content.palette.version(), look, stride);
-                    if composed
-                        .as_ref()
-                        .is_none_or(|composed| composed.made_of != made_of)
-                    {
-                        *composed = Some(Composed {
-                            texture: cpu::texture(painter.ctx(), &picture.color, &content, look, stride),
-                            made_of,
-                        });
-                        gpu::note_image(&clock);
-                        if let Some(map) = &content.map {
-                            gpu::note_map(&clock, map.generation, map.frame);
-                        }
-                    }
-                }
-                if let Some(composed) = composed {
-                    let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-                    let texture = composed.texture.id();
-                    painter.image(texture, placement.rect(), whole, egui::Color32::WHITE);
-                }
-            }
+            Renderer::Cpu(sides) => sides[side].paint(painter, &content, placement, look, &clock),
         }
-        picture.is_some()
+        is_ready
     }
 
     fn show_cursor(

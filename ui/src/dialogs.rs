@@ -18,7 +18,7 @@ use inplace_model::{Command, Commands, Model};
 use crate::keys;
 use crate::keys::table::{AT_A_PLACE, AT_A_SUGGESTION, Line, TABLE};
 use crate::numbers;
-use form::{browse, close, confirm, path_field, room, text_field};
+use form::{browse, choose, close, confirm, path_field, room, text_field};
 
 /// Files that are saved: what is said of them, the name of the field, the extension.
 const PROJECT_FILE: [&str; 3] = [
@@ -72,6 +72,7 @@ fn title(dialog: &Dialog) -> &'static str {
     match dialog {
         Dialog::Open(_) => "Open",
         Dialog::SaveAs(_) => "Save project as",
+        Dialog::Replace(_) => "Replace this file?",
         Dialog::Export(_) => "Export",
         Dialog::Import { .. } => "Import labels",
         Dialog::Compare(_) => "Compare with another project",
@@ -104,6 +105,7 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
         match dialog {
             Dialog::Open(path) => open(ui, path, commands),
             Dialog::SaveAs(path) => save(ui, path, Purpose::SaveAs, commands),
+            Dialog::Replace(path) => replace(ui, path, commands),
             Dialog::Export(choice) => export::show(ui, choice, commands),
             Dialog::Import { path, trust } => import(ui, path, trust, commands),
             Dialog::Compare(path) => compare(ui, path, commands),
@@ -153,6 +155,21 @@ fn save(ui: &mut Ui, path: &mut String, purpose: Purpose, commands: &mut Command
             Command::SaveClassesTo(file)
         }
     });
+}
+
+/// Asks before a file is replaced. What takes no step that cannot be undone is where "Save" was, for whoever pressed twice.
+fn replace(ui: &mut Ui, path: &Path, commands: &mut Commands) {
+    ui.label(format!(
+        "{} is there already. What it holds would be lost.",
+        path.display()
+    ));
+    let another = Dialog::SaveAs(path.display().to_string());
+    choose(
+        ui,
+        ("Choose another name", Command::Show(Some(another))),
+        ("Replace it", Command::Replace(path.to_path_buf())),
+        commands,
+    );
 }
 
 /// The file at a path, whose name gets this extension where it ends otherwise: "room 1.2" has none.

@@ -10,6 +10,7 @@ use inplace_model::jobs::{Done, Job, JobTools};
 use inplace_model::preferences::RecentPlace;
 use inplace_model::workspace::source::FrameSource;
 
+use crate::background::wake;
 use crate::pictures::{self, Seen};
 
 /// What came of work on a thread.
@@ -63,7 +64,7 @@ impl Jobs {
         let tell = move |outcome| {
             // Nobody listens any more when the window is closing.
             let _ = sender.send(outcome);
-            ctx.request_repaint();
+            wake(&ctx);
         };
         let thread = std::thread::Builder::new().name(format!("inplace-{name}"));
         if let Err(error) = thread.spawn(move || job(&tell)) {

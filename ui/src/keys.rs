@@ -118,22 +118,39 @@ pub fn are_taken(ctx: &egui::Context) -> bool {
     ctx.text_edit_focused() || egui::Popup::is_any_open(ctx)
 }
 
+/// Under which the identity of the 3D view is kept.
+fn space_id() -> egui::Id {
+    egui::Id::unique("the 3D view for keys")
+}
+
+/// Notes which control the 3D view is: where it has the keyboard, it turns with the arrow keys and does nothing with Enter.
+pub fn note_space(ctx: &egui::Context, id: egui::Id) {
+    ctx.data_mut(|data| data.insert_temp(space_id(), id));
+}
+
+fn is_in_space(ctx: &egui::Context) -> bool {
+    let focused = ctx.memory(|memory| memory.focused());
+    focused.is_some() && focused == ctx.data(|data| data.get_temp::<egui::Id>(space_id()))
+}
+
 /// Pushes the commands of the keys pressed in this frame; `asked` tells what they are about. An open menu keeps all
 /// keys, a focused text field all but those with Ctrl that mean nothing in a text, and a focused control the arrow keys
-/// and Enter. A key that is held goes on with steps alone.
+/// and Enter; the 3D view leaves Enter. A key that is held goes on with steps alone.
 pub fn dispatch(ctx: &egui::Context, asked: Asked, commands: &mut Commands) {
     if egui::Popup::is_any_open(ctx) {
         return;
     }
     let typing = ctx.text_edit_focused();
     let focused = ctx.egui_wants_keyboard_input();
+    let in_space = is_in_space(ctx);
     let map = map_of(ctx);
     ctx.input(|input| {
         for event in &input.events {
             let Some((modifiers, key)) = pressed(event) else {
                 continue;
             };
-            let of_controls = matches!(key, Key::ArrowLeft | Key::ArrowRight | Key::Enter);
+            let turns = matches!(key, Key::ArrowLeft | Key::ArrowRight);
+            let of_controls = turns || key == Key::Enter && !in_space;
             let of_texts = !modifiers.command || matches!(key, Key::Z | Key::Y);
             if focused && of_controls || typing && of_texts {
                 continue;

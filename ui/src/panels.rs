@@ -195,7 +195,7 @@ impl ScenePanels {
                 canvas.stand_aside(ui.ctx(), workspace, rect);
                 over = canvas.rect;
             } else {
-                self.view3d.rest();
+                self.view3d.rest(workspace, commands);
                 let room = ui.available_rect_before_wrap();
                 let (image, strip) = room.split_top_bottom_at_y(room.bottom() - probe::HEIGHT);
                 let within = |rect| egui::UiBuilder::new().max_rect(rect);

@@ -21,6 +21,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use egui::{CursorIcon, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo};
 use glam::Quat;
+use inplace_core::labels::Pixel;
 use inplace_model::layer::{Layer, Look};
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands, Model};
@@ -33,12 +34,13 @@ use crate::canvas::{Canvas, EntryColors, FieldView, FieldViewer, FrameView, fiel
 use crate::theme;
 use crate::thumbnails::Thumbnails;
 use budget::SplatBudget;
-use camera::{Ray, Sight, level_axes};
+use camera::{Sight, level_axes};
 use clicks::Told;
 use cloud::{Prepared, Preparer};
 use controls::Notice;
 use cpu::Rasteriser;
 use overlay::Mark;
+use pick::Purpose;
 use shot::{Shot, SplatLook};
 use steering::Flight;
 
@@ -51,8 +53,7 @@ const CAMERA_SIZE: f32 = 0.035;
 struct Click {
     /// Where it was.
     position: Pos2,
-    ray: Ray,
-    slack: f32,
+    question: pick::Question,
     /// When it is a click of its own.
     due: f64,
 }
@@ -83,8 +84,8 @@ pub struct View3d {
     told: Option<Told>,
     object_colors: EntryColors,
     flight: Option<Flight>,
-    /// The suggestion that was gone to last.
-    at_suggestion: Option<usize>,
+    /// The suggested place that was gone to last.
+    at_suggestion: Option<(usize, Pixel)>,
     notice: Option<Notice>,
 }
 
@@ -114,10 +115,20 @@ impl View3d {
         }
     }
 
-    /// It is not shown in this frame of the window.
-    pub fn rest(&mut self) {
+    /// It is not shown in this frame of the window. What was clicked on is labelled all the same.
+    pub fn rest(&mut self, workspace: &Workspace, commands: &mut Commands) {
         self.was_shown = false;
-        self.click = None;
+        if let Some(click) = self.click.take() {
+            self.picker.ask(click.question);
+        }
+        while let Some(picked) = self.picker.next() {
+            if let Purpose::Label(chosen) = picked.purpose
+                && Arc::ptr_eq(&picked.scene, &workspace.scene)
+                && let Some((frame, pixel)) = picked.hit.and_then(|hit| hit.seen)
+            {
+                commands.push(Command::LabelSeen(frame, pixel, chosen));
+            }
+        }
         self.asked = None;
         self.told = None;
         self.flight = None;

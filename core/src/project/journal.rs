@@ -1,6 +1,5 @@
 //! The thread that writes the project file, so that nobody waits for the disk.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
@@ -95,11 +94,10 @@ impl Journal {
         self.send(Message::View(json));
     }
 
-    /// Saves under another name and goes on in that file; `remove_old` is for work that had no name yet
-    /// ([`autosave_path`](super::autosave_path)): of several requests, the first that succeeds heeds it. Answered by
-    /// [`JournalEvent::Saved`] or [`JournalEvent::NotSavedAs`].
-    pub fn save_as(&self, path: PathBuf, remove_old: bool) {
-        self.send(Message::SaveAs(SaveAs { path, remove_old }));
+    /// Saves under another name and goes on in that file. Answered by [`JournalEvent::Saved`], [`JournalEvent::IsThere`] or
+    /// [`JournalEvent::NotSavedAs`].
+    pub fn save_as(&self, request: SaveAs) {
+        self.send(Message::SaveAs(request));
     }
 
     /// What the journal tells, oldest first.

@@ -35,6 +35,8 @@ pub enum JournalEvent {
     /// The file could not be written. The sentence names it; the work is in memory, and the journal goes
     /// on trying.
     Failed(String),
+    /// [`save_as`](super::Journal::save_as) has changed nothing, as this file is there and was not to be replaced.
+    IsThere(PathBuf),
     /// [`save_as`](super::Journal::save_as) has failed and changed nothing. The sentence names the new file.
     NotSavedAs(String),
     /// Something beside the edits could not be written: the newest maps and model, or a backup, which is told once. The
@@ -56,10 +58,16 @@ pub(super) enum Message {
     SaveAs(SaveAs),
 }
 
-/// A project that gets another name.
-pub(super) struct SaveAs {
-    pub(super) path: PathBuf,
-    pub(super) remove_old: bool,
+/// Another name for a project.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SaveAs {
+    /// The new file.
+    pub path: PathBuf,
+    /// Whether a file that is there is replaced.
+    pub replace: bool,
+    /// For work that had no name yet ([`autosave_path`](super::autosave_path)): whether its file goes. Of several requests,
+    /// the first that succeeds heeds it.
+    pub remove_old: bool,
 }
 
 /// Owns the project file and everything that is not in it yet.
@@ -308,6 +316,10 @@ impl Writer {
     }
 
     fn save_as(&mut self, request: &SaveAs) {
+        let is_own = || same_file(self.project.path(), &request.path);
+        if !request.replace && request.path.exists() && !is_own() {
+            return self.tell(JournalEvent::IsThere(request.path.clone()));
+        }
         match self.guarded(|writer| writer.saved_as(&request.path)) {
             Ok(copy) => {
                 if let Some(copy) = copy {
@@ -384,6 +396,9 @@ impl Writer {
             JournalEvent::Saved { path } => tracing::info!(path = %path.display(), "the project is saved"),
             JournalEvent::Recovered { path } => {
                 tracing::info!(path = %path.display(), "the project can be written again");
+            }
+            JournalEvent::IsThere(path) => {
+                tracing::info!(path = %path.display(), "is there and not replaced");
             }
             JournalEvent::Failed(sentence)
             | JournalEvent::NotSavedAs(sentence)

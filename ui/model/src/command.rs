@@ -18,6 +18,7 @@ use crate::preferences::{PreferenceChange, RecentPlace};
 use crate::space::Space;
 use crate::tool::{DrawnLine, Tool};
 use crate::view::View;
+use crate::workspace::Chosen;
 
 /// One thing to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +29,8 @@ pub enum Command {
     Save,
     /// Saves to another project file.
     SaveTo(PathBuf),
+    /// The same, in place of what is there.
+    Replace(PathBuf),
     /// Writes a data set into a folder.
     Export(ExportChoice),
     /// Stops the export that is under way.
@@ -77,8 +80,9 @@ pub enum Command {
     ChangeStrokeClass(StrokeId, ClassId),
     /// Labels the part of what a click would win that is outlined at the pointer.
     LabelOutlined,
-    /// Labels the place of the surface that a frame (by its index) shows at a pixel with the current class, and stays where one is.
-    LabelSeen(usize, Pixel),
+    /// Labels the place of the surface that a frame (by its index) shows at a pixel, as what was chosen when it was clicked
+    /// on, and stays where one is.
+    LabelSeen(usize, Pixel, Chosen),
     /// Marks the frame in view as checked, or takes the mark away.
     ToggleChecked,
     /// Takes the last edit back.

@@ -128,6 +128,11 @@ impl FrameList {
         self.select();
     }
 
+    /// What frames were sorted by no longer holds: they are sorted anew as soon as all is known of them.
+    pub fn forget_order(&mut self) {
+        self.complete = false;
+    }
+
     /// Chooses a filter; frames are sorted anew.
     pub fn set_filter(&mut self, filter: FrameFilter) {
         self.filter = filter;

@@ -43,6 +43,10 @@ pub enum Done {
     Attached(u64, Arc<Scene>, Box<Result<Attached, ProjectError>>),
     /// This attempt made a project file for work that was in memory only.
     Kept(u64, Box<ProjectSession>),
+    /// This attempt made none, for this reason.
+    NotKept(u64, String),
+    /// This attempt made none, as this file is there already.
+    IsThere(u64, PathBuf),
     /// How an export goes.
     Exported(ExportProgress),
     /// How the reading of the project with this number goes that is to be compared with, in words.

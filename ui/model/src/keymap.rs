@@ -69,6 +69,15 @@ impl Shortcut {
         Self { shift: false, ..self }
     }
 
+    /// The same without Shift where the key is a sign: layouts differ in which of those need it.
+    pub fn of_layout(self) -> Self {
+        let is_sign = self.key.0.chars().count() == 1 && !self.key.0.chars().all(char::is_alphanumeric);
+        match is_sign && !self.command {
+            true => self.without_shift(),
+            false => self,
+        }
+    }
+
     /// The digit that was pressed without Ctrl.
     pub fn digit(self) -> Option<usize> {
         let Key(name) = self.key;

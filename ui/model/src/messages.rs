@@ -20,7 +20,17 @@ pub struct Message {
     pub level: Level,
     /// A sentence.
     pub text: String,
+    about: Option<About>,
     until: Option<Instant>,
+}
+
+/// What something that failed is about: it stays no longer than that holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// The work is not on the disk.
+    Saving,
+    /// The scene that is open.
+    Scene,
 }
 
 /// The messages shown, oldest first.
@@ -37,7 +47,7 @@ const MOST: usize = 4;
 impl Messages {
     /// Shows something worth knowing for a while.
     pub fn info(&mut self, text: impl Into<String>) {
-        self.add(Level::Info, text.into(), Some(Duration::from_secs(8)));
+        self.add(Level::Info, text.into(), None, Some(Duration::from_secs(8)));
     }
 
     /// Shows what is said of a capture or a project, a part of a sentence on the command line, as a sentence.
@@ -49,7 +59,17 @@ impl Messages {
 
     /// Shows what failed until it is dismissed.
     pub fn error(&mut self, text: impl Into<String>) {
-        self.add(Level::Error, text.into(), None);
+        self.add(Level::Error, text.into(), None, None);
+    }
+
+    /// Shows what failed until it is dismissed or [no longer holds](Self::withdraw).
+    pub fn error_about(&mut self, about: About, text: impl Into<String>) {
+        self.add(Level::Error, text.into(), Some(about), None);
+    }
+
+    /// Removes what failed about something that is as it should be again, or gone.
+    pub fn withdraw(&mut self, about: About) {
+        self.shown.retain(|message| message.about != Some(about));
     }
 
     /// Removes a message.
@@ -65,13 +85,14 @@ impl Messages {
         Some(next.saturating_duration_since(now))
     }
 
-    fn add(&mut self, level: Level, text: String, lasting: Option<Duration>) {
+    fn add(&mut self, level: Level, text: String, about: Option<About>, lasting: Option<Duration>) {
         self.shown.retain(|message| message.text != text);
         self.last += 1;
         self.shown.push(Message {
             id: self.last,
             level,
             text,
+            about,
             until: lasting.map(|lasting| Instant::now() + lasting),
         });
         if self.shown.len() > MOST {
@@ -110,7 +131,11 @@ mod tests {
             messages.info(text);
         }
         shows(&messages, ["c", "d", "e", "g"]);
-        messages.error("h");
+        messages.error_about(About::Saving, "h");
         shows(&messages, ["c", "d", "e", "h"]);
+        messages.withdraw(About::Scene);
+        shows(&messages, ["c", "d", "e", "h"]);
+        messages.withdraw(About::Saving);
+        assert_eq!(messages.shown.len(), 3);
     }
 }

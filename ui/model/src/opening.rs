@@ -186,17 +186,17 @@ fn prepare_scene(source: SceneSource, open: OpenOptions, tools: &JobTools) -> Re
     })
 }
 
-/// What was said about a scene as it was `listed`, to go on with when all of it is read; `said` is the history and the
+/// What was said about a scene as it was listed, to go on with when all of it is read; `said` is the history and the
 /// view. Waits until the project file is written.
 pub(crate) fn prepare_whole(
     project: ProjectSession,
-    listed: &Scene,
+    source: SceneSource,
     open: OpenOptions,
     said: (History, String),
 ) -> Prepared {
     let (file, named) = (project.path.clone(), project.named);
+    let mut contents = Contents::new(project.scene.clone(), said.0);
     project.close();
-    let mut contents = Contents::new(SceneRecord::of(listed, open), said.0);
     contents.view = Some(said.1);
     // What is in the file is in memory, too, and more than that where it could not be written.
     let kept = Opened {
@@ -205,7 +205,7 @@ pub(crate) fn prepare_whole(
         damage: None,
     };
     Prepared {
-        source: listed.source.clone(),
+        source,
         open,
         file,
         named,
@@ -230,8 +230,10 @@ pub struct Attached {
     pub project: ProjectSession,
     /// What the person should know, a sentence each.
     pub notes: Vec<String>,
-    /// What went wrong, a sentence each: a backup was opened instead of a damaged file, or the work goes on in memory.
+    /// What went wrong, a sentence each: a backup was opened instead of a damaged file.
     pub problems: Vec<String>,
+    /// Why the work goes on in memory, a sentence; `None` where it does not.
+    pub unsaved: Option<String>,
 }
 
 /// Fits what is kept to the opened scene, shows the kept maps, and starts the journal.
@@ -254,7 +256,8 @@ pub fn attach(
     } = prepared;
     let mut notes = Vec::new();
     let damage = kept.as_ref().and_then(|opened| opened.damage.as_ref());
-    let mut problems: Vec<String> = damage.map(|account| format!("{account}.")).into_iter().collect();
+    let mut unsaved = None;
+    let problems: Vec<String> = damage.map(|account| format!("{account}.")).into_iter().collect();
     let matched = match kept {
         Some(Opened {
             project, contents, ..
@@ -286,34 +289,34 @@ pub fn attach(
         maps.publish(Arc::clone(map));
     }
     let journal = journal
-        .map_err(|error| problems.push(format!("{error}. Until then your work is in memory only.")))
+        .map_err(|error| unsaved = Some(format!("{error}. Until then your work is in memory only.")))
         .ok();
     Ok(Attached {
         generation: contents.next_generation(),
         parts: contents.parts(),
         view: contents.view.clone(),
         history: contents.history,
-        project: ProjectSession::new(journal, file, named),
+        project: ProjectSession::new(journal, file, named, contents.scene),
         notes,
         problems,
+        unsaved,
     })
 }
 
-/// A project file with labels, and the session that goes on in it.
+/// A project file with labels of a scene, and the session that goes on in it.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn new_project(
     path: PathBuf,
-    scene: &Scene,
-    open: OpenOptions,
+    scene: SceneRecord,
     history: History,
     wake: impl Fn() + Send + 'static,
 ) -> Result<ProjectSession, ProjectError> {
-    let contents = Contents::new(SceneRecord::of(scene, open), history);
+    let contents = Contents::new(scene, history);
     let project = create(&path, &contents)?;
     let journal = Journal::start(project, &contents, wake)?;
-    Ok(ProjectSession::new(Some(journal), path, true))
+    Ok(ProjectSession::new(Some(journal), path, true, contents.scene))
 }
 
 fn create(file: &Path, contents: &Contents) -> Result<Project, ProjectError> {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use inplace_core::labels::{ClassId, ImportedLabels, StrokeId, VOID};
+use inplace_core::labels::{ClassId, Label, LabelSet, StrokeId, VOID};
 use inplace_core::scene::Scene;
 use inplace_core::session::{FrameSummary, MapSlots, StrokeCheck};
 
@@ -198,16 +198,20 @@ impl Overview {
 /// A frame, the version of its map, and what that comes to.
 pub type Summarised = (usize, u64, Option<FrameSummary>);
 
-/// Sums up the newest maps of frames: off the UI thread.
-pub fn summarise(
-    maps: &MapSlots,
-    imported: Option<&Arc<ImportedLabels>>,
-    due: Vec<(usize, u64)>,
-) -> Vec<Summarised> {
+/// Sums up the newest maps of frames by these labels: off the UI thread.
+pub fn summarise(maps: &MapSlots, labels: &LabelSet, due: Vec<(usize, u64)>) -> Vec<Summarised> {
+    // What images say of deleted classes, nobody says.
+    let listed = |label: Label| match labels.class(label.class) {
+        Some(_) => label,
+        None => VOID.into(),
+    };
     let summary = |frame: usize| {
         let map = maps.get(frame)?;
-        let image = imported.and_then(|imported| imported.of_frame(frame));
-        map.summary(image)
+        let image = labels
+            .imported
+            .as_ref()
+            .and_then(|imported| imported.of_frame(frame));
+        map.summary(image.map(|image| image.relabelled(listed)).as_ref())
     };
     due.into_iter()
         .map(|(frame, version)| (frame, version, summary(frame)))

@@ -163,7 +163,10 @@ impl Preferences {
             ("theme", json!(self.theme)),
             ("scale", json!(self.scale)),
             ("threads", json!(self.threads)),
-            ("features", json!(self.features)),
+            (
+                "features",
+                json!(self.features.as_ref().map(|path| path.to_string_lossy())),
+            ),
             ("look", Value::Object(self.look.clone())),
             ("keys", self.keys.to_json()),
             ("recents", json!(self.recents)),

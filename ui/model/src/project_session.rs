@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 use inplace_core::drop_on_thread;
-use inplace_core::project::{Journal, JournalEvent, Step, same_file};
+use inplace_core::project::{Journal, JournalEvent, SaveAs, SceneRecord, Step, same_file};
 use inplace_core::session::{FrameMap, ModelState};
 
 /// The project file behind a workspace. Nothing here ever waits.
@@ -18,11 +18,14 @@ pub struct ProjectSession {
     pub path: PathBuf,
     /// Whether the person has chosen a name.
     pub named: bool,
+    /// The scene as the work counts its frames: those that were labelled and have since vanished are the last.
+    pub(crate) scene: SceneRecord,
     failing: bool,
     /// Whether the person knows that closing loses labels.
     pub(crate) told_of_loss: bool,
-    /// Without a journal: the attempt to make a file that the work goes on in, and the steps since that began.
-    pub(crate) attempt: u64,
+    /// Without a journal: the attempt to make a file that the work goes on in, if one is under way, and the steps since that
+    /// began.
+    pub(crate) attempt: Option<u64>,
     pub(crate) unrecorded: Vec<Step>,
 }
 
@@ -51,15 +54,16 @@ pub enum SavedState {
 }
 
 impl ProjectSession {
-    /// Keeps the work in this journal's file; `named` when the person chose the name.
-    pub fn new(journal: Option<Journal>, path: PathBuf, named: bool) -> Self {
+    /// Keeps the work on a scene in this journal's file; `named` when the person chose the name.
+    pub fn new(journal: Option<Journal>, path: PathBuf, named: bool, scene: SceneRecord) -> Self {
         Self {
             journal,
             path,
             named,
+            scene,
             failing: false,
             told_of_loss: false,
-            attempt: 0,
+            attempt: None,
             unrecorded: Vec::new(),
         }
     }
@@ -76,6 +80,8 @@ impl ProjectSession {
 
     /// Keeps a step through the history, in memory where there is no journal.
     pub(crate) fn record(&mut self, step: Step) {
+        // There is more to lose now than what the person was told of.
+        self.told_of_loss = false;
         match &self.journal {
             Some(journal) => drop(journal.record(step)),
             None => self.unrecorded.push(step),
@@ -97,10 +103,14 @@ impl ProjectSession {
         }
     }
 
-    /// Goes on in another file, where there is a journal that can.
-    pub fn save_to(&self, path: PathBuf) {
+    /// Goes on in another file, where there is a journal that can; `replace` if it may be there already.
+    pub fn save_to(&self, path: PathBuf, replace: bool) {
         if let Some(journal) = &self.journal {
-            journal.save_as(path, !self.named);
+            journal.save_as(SaveAs {
+                path,
+                replace,
+                remove_old: !self.named,
+            });
         }
     }
 
@@ -121,7 +131,7 @@ impl ProjectSession {
                 self.failing = true;
                 self.told_of_loss = false;
             }
-            JournalEvent::NotSavedAs(_) | JournalEvent::Problem(_) => {}
+            JournalEvent::IsThere(_) | JournalEvent::NotSavedAs(_) | JournalEvent::Problem(_) => {}
             JournalEvent::Recovered { .. } => self.failing = false,
         }
     }
@@ -140,6 +150,19 @@ impl ProjectSession {
             path: self.path.clone(),
             done,
         })
+    }
+}
+
+#[cfg(test)]
+impl ProjectSession {
+    /// Work on a scene that is in memory only.
+    pub(crate) fn of_test(scene: &inplace_core::scene::Scene) -> Self {
+        Self::new(
+            None,
+            PathBuf::new(),
+            false,
+            SceneRecord::of(scene, Default::default()),
+        )
     }
 }
 

@@ -77,6 +77,11 @@ impl Suggestions {
         }
     }
 
+    /// The place that the person is at.
+    pub fn place_at_hand(&self) -> Option<&Suggestion> {
+        self.listed.get(self.at()?)
+    }
+
     /// What a listed place was answered with, until the next list.
     pub fn answer_of(&self, index: usize) -> Option<ClassId> {
         self.answers.get(index).copied().flatten()

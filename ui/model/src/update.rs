@@ -91,7 +91,8 @@ impl Model {
         match command {
             Command::Open(target) => self.open(target),
             Command::Save => self.save(),
-            Command::SaveTo(path) => self.save_to(path),
+            Command::SaveTo(path) => self.save_to(path, false),
+            Command::Replace(path) => self.save_to(path, true),
             Command::Export(choice) => self.export(choice),
             Command::CancelExport => self.cancel_export(),
             Command::CancelImport => self.cancel_import(),
@@ -120,12 +121,17 @@ impl Model {
                 self.draw_object(line);
             }
             Command::SelectStroke(stroke) => self.with_workspace(|workspace| workspace.select(stroke)),
-            Command::GoToStroke(stroke) => self.with_workspace(|workspace| workspace.go_to_stroke(stroke)),
+            Command::GoToStroke(stroke) => {
+                self.leave_suggestions();
+                self.with_workspace(|workspace| workspace.go_to_stroke(stroke));
+            }
             Command::DeleteStroke(stroke) => self.delete_stroke(stroke),
             Command::DeleteSelected => self.delete_selected(),
             Command::ChangeStrokeClass(stroke, class) => self.change_stroke_class(stroke, class),
             Command::LabelOutlined => self.label_outlined(),
-            Command::LabelSeen(frame, pixel) => drop(self.label(Stroke::click(frame, VOID, pixel))),
+            Command::LabelSeen(frame, pixel, chosen) => {
+                self.label_seen(Stroke::click(frame, VOID, pixel), chosen);
+            }
             Command::ToggleChecked => {
                 let frame = self.state.workspace().map(|workspace| workspace.frame_index);
                 self.edit(|history| frame.map(|frame| history.toggle_checked(frame)));
@@ -225,7 +231,11 @@ impl Model {
             Command::ToggleSpace => {
                 self.with_workspace(|workspace| workspace.space.shown = !workspace.space.shown);
             }
-            Command::SetSpace(space) => self.with_workspace(|workspace| workspace.space = space),
+            Command::SetSpace(mut space) => self.with_workspace(|workspace| {
+                // Whoever asked for the frame meanwhile sees it.
+                space.shown &= workspace.space.shown;
+                workspace.space = space;
+            }),
             Command::TogglePause => self.with_workspace(Workspace::toggle_pause),
             Command::Prefer(change) => self.prefer(change),
             Command::Hover(pixel) => self.with_workspace(|workspace| workspace.hover.pixel = pixel),

@@ -9,6 +9,8 @@ pub mod source;
 mod strokes;
 mod suggestions;
 
+pub use objects::Chosen;
+
 use std::sync::Arc;
 use std::time::Instant;
 

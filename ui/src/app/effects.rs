@@ -13,6 +13,7 @@ use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Effect, Input};
 
 use super::App;
+use crate::background::wake;
 use crate::input_order::InputOrder;
 use crate::jobs::Outcome;
 use crate::keys;
@@ -39,7 +40,7 @@ impl App {
         match effect {
             Effect::StartSession(options) => {
                 let ctx = self.ctx.clone();
-                let session = (self.sessions)(*options, Box::new(move || ctx.request_repaint()));
+                let session = (self.sessions)(*options, Box::new(move || wake(&ctx)));
                 self.update(Input::SessionStarted(session));
             }
             Effect::Session(command) => {
@@ -79,7 +80,7 @@ impl App {
         let ctx = self.ctx.clone();
         JobTools {
             autosave: Arc::clone(&self.autosave),
-            wake: Arc::new(move || ctx.request_repaint()),
+            wake: Arc::new(move || wake(&ctx)),
             endings: self.endings.clone(),
         }
     }

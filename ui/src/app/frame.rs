@@ -36,15 +36,16 @@ impl eframe::App for App {
         let mut commands = Commands::default();
         let ctx = self.ctx.clone();
         self.take_dropped_files(&mut commands);
+        let asked = keys::Asked::of(self.model.workspace());
         if self.model.dialog.is_none() {
-            let asked = keys::Asked::of(self.model.workspace());
             self.canvas.take_keys(&ctx, &self.model, &mut commands);
             keys::dispatch(&ctx, asked, &mut commands);
         }
         // Keys come before the clicks of the same frame, which they may be about.
         self.update_all(std::mem::take(&mut commands));
-        // What an open dialog, a menu or a text field does with Escape comes before the messages.
-        let escape = self.model.dialog.is_none() && !keys::are_taken(&ctx);
+        // What an open dialog, a menu, a text field or a suggestion does with Escape comes before the messages.
+        let free = asked == keys::Asked::Nothing && !keys::are_taken(&ctx);
+        let escape = self.model.dialog.is_none() && free;
         self.panels.show(ui, &self.model, &mut self.canvas, &mut commands);
         let edited = self
             .dialogs

@@ -9,7 +9,7 @@ use inplace_model::palette::Palette;
 use inplace_model::versioned::Versioned;
 use inplace_model::workspace::source::FrameSource;
 
-use super::content::{Content, ShownMap};
+use super::content::ShownMap;
 use super::plane::{Over, Reading};
 
 /// How much of the colour of a class border is the outline's.
@@ -119,6 +119,9 @@ pub fn composite(
 /// The mean of the pixels where these columns and rows meet.
 fn mean_of(color: &scene::ColorImage, columns: [usize; 2], rows: [usize; 2]) -> [u8; 3] {
     let width = color.width() as usize;
+    if columns[0] == columns[1] && rows[0] == rows[1] {
+        return color.pixel(rows[0] * width + columns[0]);
+    }
     let [a, b, c, d] = [0, 1, 2, 3].map(|k| color.pixel(rows[k / 2] * width + columns[k % 2]));
     let mean = |channel: usize| {
         let sum: u16 = [a, b, c, d].map(|rgb| u16::from(rgb[channel])).iter().sum();
@@ -182,32 +185,6 @@ pub fn mix(base: [u8; 3], over: [u8; 4], opacity: f32) -> [u8; 3] {
         (under + alpha * (over - under) + 0.5) as u8
     };
     [channel(0), channel(1), channel(2)]
-}
-
-/// An image with what lies over it, on the screen, with every side divided by `stride`; with fewer pixels still where it has
-/// more than a texture may have.
-pub(super) fn texture(
-    ctx: &egui::Context,
-    image: &scene::ColorImage,
-    content: &Content,
-    look: Look,
-    stride: u32,
-) -> egui::TextureHandle {
-    let most = ctx.input(|input| input.max_texture_side);
-    let all = [image.width(), image.height()];
-    let size = all.map(|side| most.min(side.div_ceil(stride) as usize));
-    let composed = composite(
-        image,
-        content.over.as_ref(),
-        &content.palette,
-        look,
-        (whole(all), size),
-    );
-    let options = egui::TextureOptions {
-        magnification: egui::TextureFilter::Nearest,
-        ..egui::TextureOptions::LINEAR
-    };
-    ctx.load_texture("frame", composed, options)
 }
 
 #[cfg(test)]

@@ -204,8 +204,7 @@ fn audited_pixel(workspace: &Workspace) -> Option<Pixel> {
 
 /// Where on screen something is asked on the frame in view: at the suggestion at hand, or by the audit.
 pub fn asked(workspace: &Workspace, placement: Placement) -> impl Iterator<Item = Pos2> {
-    let list = workspace.suggestions();
-    let at_hand = list.at().and_then(|at| list.listed.get(at));
+    let at_hand = workspace.suggestions().place_at_hand();
     let suggested = at_hand.filter(|suggestion| suggestion.frame == workspace.frame_index);
     let pixels = suggested.map(|suggestion| suggestion.pixel).into_iter();
     pixels

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use inplace_core::labels::{ImportedMap, LabelSet, VOID, rasterise};
+use inplace_core::labels::{ImportedMap, LabelSet, rasterise};
 use inplace_core::scene::{DepthMap, Frame};
 use inplace_core::session::{FrameMap, RenderedView};
 use inplace_model::overview::Contradicted;
@@ -197,7 +197,8 @@ pub fn measured_depth(frame: &Frame, depth: &DepthMap, index: usize) -> Option<f
 
 /// The [`Agreement`] on every pixel of a map, as its number, row-major.
 ///
-/// A pixel of an imported image is contradicted where the map has another class. A pixel of a stroke counts as
+/// A pixel of an imported image is contradicted where the map has another class; what it says of deleted classes does not
+/// count. A pixel of a stroke counts as
 /// the stroke says, whatever the image says there; it is contradicted where `contradicted` has the stroke with
 /// another class, which is what the other strokes say.
 pub fn disagreement(
@@ -210,7 +211,7 @@ pub fn disagreement(
     let mut agreement = vec![Agreement::Unlabelled as u16; shown.len()];
     if let Some(image) = imported.filter(|image| image.pixels() == shown.len()) {
         for ((pixel_agreement, &label), class) in agreement.iter_mut().zip(shown.iter()).zip(image.labels()) {
-            if class != VOID {
+            if labels.class(class).is_some() {
                 *pixel_agreement = if label == class {
                     Agreement::Agreed as u16
                 } else {
@@ -232,7 +233,7 @@ pub fn disagreement(
 
 #[cfg(test)]
 mod tests {
-    use inplace_core::labels::{History, Stroke, StrokeId};
+    use inplace_core::labels::{History, Stroke, StrokeId, VOID};
 
     use super::*;
 
@@ -273,9 +274,10 @@ mod tests {
         let contradicted = Contradicted::from([(ids[0], 1), (ids[1], 2)]);
         for (imported, labels, expected) in [
             (
-                [1, 2, VOID, 2],
+                // The last class was deleted.
+                [1, 2, VOID, 9],
                 &unlabelled,
-                [Agreed, ImportContradicted, Unlabelled, ImportContradicted],
+                [Agreed, ImportContradicted, Unlabelled, Unlabelled],
             ),
             (
                 [1; 4],

@@ -86,7 +86,11 @@ impl Placement {
                 let zoom = fit_zoom(canvas, part.size());
                 (zoom, filling(part.center(), canvas.size() / zoom, size))
             }
-            View::Free { zoom, center } => (clamp_zoom(zoom, canvas, size), pos2(center.x, center.y)),
+            View::Free { zoom, center } => {
+                // The frame before may have been larger.
+                let center = pos2(center.x, center.y).clamp(Pos2::ZERO, size.to_pos2());
+                (clamp_zoom(zoom, canvas, size), center)
+            }
         };
         let origin = canvas.center() - zoom * center.to_vec2();
         Self { origin, zoom, size }
@@ -183,6 +187,9 @@ mod tests {
             view = panned(view, canvas(), SIZE, vec2(700.0, -900.0));
         }
         let rect = Placement::new(view, canvas(), SIZE).rect();
+        assert!(rect.expand(1.0).contains(canvas().center()));
+        // Nor by going on to a smaller one.
+        let rect = Placement::new(view, canvas(), 0.5 * SIZE).rect();
         assert!(rect.expand(1.0).contains(canvas().center()));
     }
 

@@ -65,6 +65,27 @@ pub fn confirm(
     });
 }
 
+/// The row of buttons at the end of a dialog with two ways on.
+pub fn choose(
+    ui: &mut Ui,
+    (first, then): (&str, Command),
+    (second, or): (&str, Command),
+    commands: &mut Commands,
+) {
+    ui.add_space(8.0);
+    at_the_end(ui, |ui| {
+        if main_button_enabled(ui, true, first).clicked() {
+            commands.push(then);
+        }
+        if ui.button(second).clicked() {
+            commands.push(or);
+        }
+        if ui.button("Cancel").clicked() {
+            commands.push(Command::Show(None));
+        }
+    });
+}
+
 /// The button at the end of a dialog that asks for nothing.
 pub fn close(ui: &mut Ui, commands: &mut Commands) {
     ui.add_space(8.0);

@@ -40,7 +40,7 @@ pub fn listen(choosing: &mut Option<ChosenKey>, ctx: &egui::Context, commands: &
             key.is_none() && !typed
         });
     });
-    let Some(pressed) = pressed else {
+    let Some(pressed) = pressed.map(Shortcut::of_layout) else {
         return;
     };
     if pressed == Shortcut::key("Escape") {

@@ -7,7 +7,7 @@ use egui::{PointerButton, Pos2, Response, Ui};
 use inplace_core::labels::{ClassId, Stroke};
 use inplace_core::semantics::CERTAIN;
 use inplace_model::space::OrbitCamera;
-use inplace_model::workspace::Workspace;
+use inplace_model::workspace::{Chosen, Workspace};
 use inplace_model::{Command, Commands};
 
 use super::camera::Sight;
@@ -89,10 +89,10 @@ impl View3d {
                     self.fly_to(frame, (workspace, prepared), camera, now, then);
                     ui.ctx().request_repaint();
                 } else {
+                    let purpose = Purpose::Label(workspace.chosen());
                     self.click = Some(Click {
                         position,
-                        ray: sight.ray(position),
-                        slack,
+                        question: ask(sight.ray(position), slack, purpose),
                         due: now + patience,
                     });
                 }
@@ -100,7 +100,7 @@ impl View3d {
         }
         if let Some(click) = self.click.take_if(|click| now >= click.due) {
             self.asked = Some(click.position);
-            self.picker.ask(ask(click.ray, click.slack, Purpose::Label));
+            self.picker.ask(click.question);
         } else if let Some(click) = &self.click {
             let left = (click.due - now).max(0.0);
             ui.ctx().request_repaint_after_secs(left as f32);
@@ -129,31 +129,41 @@ impl View3d {
                         told.words = words;
                     }
                 }
-                (Purpose::Label, hit) => {
+                (Purpose::Label(chosen), hit) if Arc::ptr_eq(&picked.scene, &workspace.scene) => {
                     self.asked = None;
-                    self.label(hit, workspace, now, commands);
+                    self.label(hit, chosen, workspace, now, commands);
                 }
+                (Purpose::Label(_), _) => self.asked = None,
             }
         }
     }
 
-    fn label(&mut self, hit: Option<Hit>, workspace: &Workspace, now: f64, commands: &mut Commands) {
+    fn label(
+        &mut self,
+        hit: Option<Hit>,
+        chosen: Chosen,
+        workspace: &Workspace,
+        now: f64,
+        commands: &mut Commands,
+    ) {
         let seen = hit.map(|hit| hit.seen);
         if let Some(Some((frame, pixel))) = seen {
-            commands.push(Command::LabelSeen(frame, pixel));
             // Without a class the name of the first one is asked for; a lock's refusal is told elsewhere.
             let taken = |class: &ClassId| {
                 let click = Stroke::click(frame, *class, pixel);
                 workspace.lock_on(&click).is_none()
             };
-            if let Some(class) = workspace.class.filter(taken) {
+            if let Some(class) = chosen.class.or(workspace.class).filter(taken) {
                 let stem = workspace.scene.frames.get(frame).map(|frame| frame.stem.as_str());
-                let said = workspace.said().filter(|said| said.class == class);
+                let said = chosen.object.as_ref().map(|said| &said.object);
                 let (name, _) = workspace.document.name_and_color(class);
-                let name = said.map_or(name, |said| &said.name);
+                let name = said
+                    .filter(|said| said.class == class)
+                    .map_or(name, |said| &said.name);
                 let words = format!("{name}, on frame {}", stem.unwrap_or_default());
                 self.notice = Some(Notice::new(words, Some((frame, pixel, class)), now));
             }
+            commands.push(Command::LabelSeen(frame, pixel, chosen));
         } else {
             let words = if seen.is_some() {
                 "No frame shows this place well enough to label it"

@@ -6,6 +6,7 @@ use glam::Vec3;
 use inplace_core::labels::Pixel;
 use inplace_core::scene::Scene;
 use inplace_core::semantics::best_view;
+use inplace_model::workspace::Chosen;
 
 use super::camera::{NEAR, Ray};
 use super::cloud::Cloud;
@@ -17,10 +18,10 @@ use crate::background::{Desk, Gone};
 const SAME_SURFACE: f32 = 2.0;
 
 /// Why something is looked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Purpose {
-    /// To label it.
-    Label,
+    /// To label it as what was chosen when it was clicked on.
+    Label(Chosen),
     /// To turn around it.
     Pivot,
     /// To tell what it is.
@@ -39,8 +40,10 @@ pub struct Hit {
 }
 
 /// The answer to a question.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Picked {
+    /// The scene that it is about.
+    pub scene: Arc<Scene>,
     /// Why it was asked.
     pub purpose: Purpose,
     /// What lies there; `None` where there is nothing.
@@ -62,17 +65,18 @@ pub struct Question {
 }
 
 impl Question {
-    fn answer(&self) -> Picked {
+    fn answer(self) -> Picked {
         let node = pick(&self.cloud, self.ray, self.slack, self.see_through);
         let hit = node.map(|node| Hit {
             node,
             position: self.cloud.surface.graph.nodes()[node as usize].position,
             seen: match self.purpose {
-                Purpose::Label => best_view(&self.scene, &self.cloud.surface, node),
+                Purpose::Label(_) => best_view(&self.scene, &self.cloud.surface, node),
                 Purpose::Pivot | Purpose::Tell => None,
             },
         });
         Picked {
+            scene: self.scene,
             purpose: self.purpose,
             hit,
         }

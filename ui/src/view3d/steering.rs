@@ -46,12 +46,19 @@ impl Flight {
     }
 }
 
+/// The suggested place that the person is at.
+fn place_at_hand(workspace: &Workspace) -> Option<(usize, Pixel)> {
+    let place = workspace.suggestions().place_at_hand()?;
+    Some((place.frame, place.pixel))
+}
+
 impl View3d {
     /// The view has the keyboard from when it is shown or pressed on, so that the arrow keys turn it.
     pub(super) fn take_focus(&mut self, ui: &Ui, response: &Response, workspace: &Workspace) {
         if !self.was_shown {
-            self.at_suggestion = workspace.suggestions().at();
+            self.at_suggestion = place_at_hand(workspace);
         }
+        keys::note_space(ui.ctx(), response.id);
         let pressed = response.contains_pointer() && ui.input(|input| input.pointer.any_pressed());
         if !self.was_shown || pressed {
             response.request_focus();
@@ -192,11 +199,12 @@ impl View3d {
         (workspace, prepared): (&Workspace, &Prepared),
         now: f64,
     ) {
-        let at = workspace.suggestions().at();
-        if at == self.at_suggestion {
+        let place = place_at_hand(workspace);
+        if place == self.at_suggestion {
             return;
         }
-        self.at_suggestion = at;
+        self.at_suggestion = place;
+        let at = workspace.suggestions().at();
         let mut places = overlay::suggestion_places(workspace, &prepared.surface);
         if let Some((_, place)) = places.find(|&(index, _)| Some(index) == at) {
             self.turn_to(ui, camera, place, now);

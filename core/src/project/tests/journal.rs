@@ -2,6 +2,15 @@
 
 use super::*;
 
+/// A name that no file has yet.
+fn under(path: PathBuf, remove_old: bool) -> SaveAs {
+    SaveAs {
+        path,
+        replace: false,
+        remove_old,
+    }
+}
+
 #[test]
 fn what_is_committed_is_in_the_file_and_dropping_writes_the_rest() {
     let (_folder, path) = place();
@@ -89,10 +98,10 @@ fn work_without_a_name_goes_on_in_the_new_file_and_leaves_nothing_behind() {
     );
     let (journal, mut history) = start(&old);
     journal.record(click(&mut history, 1));
-    journal.save_as(new.clone(), true);
+    journal.save_as(under(new.clone(), true));
     journal.record(click(&mut history, 2));
     assert_eq!(event(&journal), JournalEvent::Saved { path: new.clone() });
-    journal.save_as(folder.path().join("no/such/folder.inplace"), true);
+    journal.save_as(under(folder.path().join("no/such/folder.inplace"), true));
     assert!(matches!(event(&journal), JournalEvent::NotSavedAs(_)));
     journal.record(click(&mut history, 3));
     journal.close().unwrap();
@@ -107,12 +116,33 @@ fn of_files_that_are_saved_one_after_the_other_only_the_one_without_a_name_goes(
     let path = |name: &str| folder.path().join(name);
     let (journal, history) = start(&path("auto.inplace"));
     for name in ["no/such/folder.inplace", "first.inplace", "last.inplace"] {
-        journal.save_as(path(name), true);
+        journal.save_as(under(path(name), true));
     }
     journal.close().unwrap();
     let left = ["auto.inplace", "first.inplace", "last.inplace"].map(|name| path(name).exists());
     assert_eq!(left, [false, true, true]);
     assert_saved(&path("last.inplace"), &history);
+}
+
+#[test]
+fn another_file_is_replaced_only_where_that_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let (journal, other) = start(&path("other.inplace"));
+    journal.close().unwrap();
+    let (journal, mut history) = start(&path("own.inplace"));
+    journal.record(click(&mut history, 1));
+    journal.save_as(under(path("other.inplace"), true));
+    assert_eq!(event(&journal), JournalEvent::IsThere(path("other.inplace")));
+    assert_saved(&path("other.inplace"), &other);
+    journal.save_as(SaveAs {
+        replace: true,
+        ..under(path("other.inplace"), true)
+    });
+    let path = path("other.inplace");
+    assert_eq!(event(&journal), JournalEvent::Saved { path: path.clone() });
+    journal.close().unwrap();
+    assert_saved(&path, &history);
 }
 
 #[test]
@@ -164,7 +194,7 @@ fn what_is_saved_elsewhere_while_the_file_cannot_be_written_has_no_map_of_other_
     fs::write(&path, "another file").unwrap();
     journal.record(click(&mut contents.history, 1));
     assert!(matches!(event(&journal), JournalEvent::Failed(_)));
-    journal.save_as(elsewhere.clone(), true);
+    journal.save_as(under(elsewhere.clone(), true));
     let saved = JournalEvent::Saved {
         path: elsewhere.clone(),
     };
@@ -187,7 +217,7 @@ fn a_project_whose_name_another_file_has_taken_gets_it_back_when_it_is_saved_und
     fs::write(&path, "another file").unwrap();
     journal.record(click(&mut history, 1));
     assert!(matches!(event(&journal), JournalEvent::Failed(_)));
-    journal.save_as(path.clone(), false);
+    journal.save_as(under(path.clone(), false));
     assert_eq!(event(&journal), JournalEvent::Saved { path: path.clone() });
     journal.record(click(&mut history, 2));
     journal.close().unwrap();

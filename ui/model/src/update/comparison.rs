@@ -82,6 +82,7 @@ impl Model {
             let comparison = Comparison::new(Arc::new(other), workspace.document.classes());
             workspace.comparison = Some(comparison);
             workspace.overview.changed();
+            workspace.overview.frames.forget_order();
             workspace.space.shown = false;
         });
         self.state.settings.layer = Layer::Differences;

@@ -6,6 +6,7 @@ use inplace_core::project::JournalEvent;
 use inplace_core::session::Event;
 
 use crate::jobs::Done;
+use crate::messages::About;
 use crate::model::{Model, Stage};
 use crate::opening::Refusal;
 use crate::project_session::Results;
@@ -37,6 +38,8 @@ impl Model {
             Done::PosesChecked(serial, problems) => self.poses_checked(serial, problems),
             Done::ClassesRead(read) => self.classes_read(read),
             Done::ClassesSaved(count, path) => self.classes_saved(count, &path),
+            Done::NotKept(attempt, sentence) => self.not_kept(attempt, sentence),
+            Done::IsThere(attempt, path) => self.is_there(Some(attempt), path),
             Done::Failed(sentence) => self.state.messages.error(sentence),
         }
     }
@@ -48,8 +51,14 @@ impl Model {
                 match event {
                     Event::Opened(scene) => return self.scene_opened(scene),
                     Event::Error(sentence) if workspace.reading.is_some() => {
-                        self.leave();
-                        return self.state.messages.error(sentence);
+                        self.state.messages.error(sentence);
+                        // What is on no disk stays until the person gives it up.
+                        if !self.loses_labels() {
+                            return self.leave();
+                        }
+                        return self.with_workspace(|workspace| {
+                            (workspace.reading, workspace.ended) = (None, true);
+                        });
                     }
                     _ => {}
                 }
@@ -104,12 +113,13 @@ impl Model {
         }
         match event {
             JournalEvent::Saved { path } => self.saved_to(&path, before),
-            JournalEvent::Failed(sentence)
-            | JournalEvent::NotSavedAs(sentence)
-            | JournalEvent::Problem(sentence) => {
+            JournalEvent::IsThere(path) => self.is_there(None, path),
+            JournalEvent::Failed(sentence) => self.state.messages.error_about(About::Saving, sentence),
+            JournalEvent::NotSavedAs(sentence) | JournalEvent::Problem(sentence) => {
                 self.state.messages.error(sentence);
             }
             JournalEvent::Recovered { path } => {
+                self.state.messages.withdraw(About::Saving);
                 let sentence = format!("{} can be written again.", path.display());
                 self.state.messages.info(sentence);
             }

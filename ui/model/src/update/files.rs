@@ -1,13 +1,13 @@
 //! Actions that read and write files.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use inplace_core::scene::SceneSource;
 
 use crate::dialogs::{Dialog, ExportChoice, MovedScene, Purpose};
 use crate::effect::Effect;
 use crate::jobs::Done;
+use crate::messages::About;
 use crate::model::{Model, Stage};
 use crate::opening::{Target, new_project};
 use crate::preferences::{PreferenceChange, RecentPlace};
@@ -62,34 +62,63 @@ impl Model {
         }
     }
 
-    pub(crate) fn save_to(&mut self, path: PathBuf) {
+    /// Goes on in this file; `replace` if it may be there already.
+    pub(crate) fn save_to(&mut self, path: PathBuf, replace: bool) {
         self.state.dialog = None;
         let (Stage::Open(workspace), Some(project)) = (&mut self.state.stage, &mut self.state.project) else {
             return;
         };
         workspace.save();
         if project.saved_state() != SavedState::MemoryOnly {
-            return project.save_to(path);
+            return project.save_to(path, replace);
         }
         // There was no file to keep the work in so far: one is made, and gets all of the history so far.
         self.last_ticket += 1;
         let attempt = self.last_ticket;
-        project.attempt = attempt;
+        project.attempt = Some(attempt);
+        project.told_of_loss = false;
         project.unrecorded.clear();
-        let (scene, open) = (Arc::clone(&workspace.scene), self.read);
-        let history = workspace.document.history().clone();
-        self.start("save", Done::Failed, move |tools, _| {
-            match new_project(path, &scene, open, history, tools.waker()) {
+        let (scene, history) = (project.scene.clone(), workspace.document.history().clone());
+        let not_kept = move |sentence| Done::NotKept(attempt, sentence);
+        self.start("save", not_kept, move |tools, _| {
+            if !replace && path.exists() {
+                return Done::IsThere(attempt, path);
+            }
+            match new_project(path, scene, history, tools.waker()) {
                 Ok(project) => Done::Kept(attempt, Box::new(project)),
-                Err(error) => Done::Failed(error.to_string()),
+                Err(error) => Done::NotKept(attempt, error.to_string()),
             }
         });
+    }
+
+    /// No file was made of the work in memory, for this reason.
+    pub(crate) fn not_kept(&mut self, attempt: u64, sentence: String) {
+        let project = self.state.project.as_mut();
+        if let Some(project) = project.filter(|project| project.attempt == Some(attempt)) {
+            project.attempt = None;
+        }
+        self.state.messages.error(sentence);
+    }
+
+    /// A file is there already under the name that was chosen: the person is asked whether it is to be replaced.
+    pub(crate) fn is_there(&mut self, attempt: Option<u64>, path: PathBuf) {
+        let project = self.state.project.as_mut();
+        // Another file may have been chosen meanwhile.
+        let Some(project) = project.filter(|project| project.attempt == attempt) else {
+            return;
+        };
+        project.attempt = None;
+        if self.state.dialog.is_none() {
+            return self.show(Some(Dialog::Replace(path)));
+        }
+        let sentence = format!("{}: is there already, and was not replaced.", path.display());
+        self.state.messages.error(sentence);
     }
 
     /// The work in memory has a file from now on, unless the scene was closed or another file was chosen meanwhile.
     pub(crate) fn project_made(&mut self, attempt: u64, mut project: ProjectSession) {
         let memory_only = self.state.project.as_mut();
-        let Some(memory_only) = memory_only.filter(|waiting| waiting.attempt == attempt) else {
+        let Some(memory_only) = memory_only.filter(|waiting| waiting.attempt == Some(attempt)) else {
             self.effects.push(Effect::CloseProject(Box::new(project)));
             return;
         };
@@ -108,6 +137,7 @@ impl Model {
             self.state.preferences.recents.forget(&before);
         }
         self.note_recent();
+        self.state.messages.withdraw(About::Saving);
         self.state.messages.info(format!("Saved to {}", path.display()));
     }
 }
@@ -116,11 +146,13 @@ impl Model {
 mod tests {
     use std::sync::Mutex;
 
+    use inplace_core::labels::{History, Stroke};
     use inplace_core::project::{Contents, JournalEvent};
     use inplace_core::scene::demo::Shot;
 
     use super::*;
     use crate::dialogs::ClassUse;
+    use crate::document::Document;
     use crate::jobs::{Job, JobTools};
     use crate::model::Start;
     use crate::preferences::Preferences;
@@ -152,20 +184,28 @@ mod tests {
     fn work_in_memory_goes_on_in_the_file_that_was_chosen_last_with_every_step() {
         let folder = tempfile::tempdir().unwrap();
         let mut model = Model::new(Start::default(), Preferences::default());
-        let workspace = Workspace::of_test(Shot::new(2, [16, 16]).scene(&|_, _| {}));
+        // The last frame of the capture has vanished since it was labelled.
+        let scene = |frames| Shot::new(frames, [16, 16]).scene(&|_, _| {});
+        let mut workspace = Workspace::of_test(scene(2));
+        let mut history = History::default();
+        let (class, _) = history.add_class("chair");
+        history.add_stroke(Stroke::click(2, class, [3, 3]));
+        workspace.document = Document::new(history, 0);
+        model.state.project = Some(ProjectSession::of_test(&scene(3)));
         model.state.stage = Stage::Open(Box::new(workspace));
-        model.state.project = Some(ProjectSession::new(None, PathBuf::new(), false));
+        std::fs::write(folder.path().join("second.inplace"), "another file").unwrap();
         let add = |model: &mut Model, name: &str| {
             model.update(Command::AddClass(ClassUse::Choose, name.to_owned()));
         };
-        let save = |model: &mut Model, name: &str| -> Job {
-            let effects = model.update(Command::SaveTo(folder.path().join(name)));
+        let job = |effects: Vec<Effect>| -> Job {
             let job = effects.into_iter().find_map(|effect| match effect {
                 Effect::Start(job) => Some(job),
                 _ => None,
             });
             job.unwrap()
         };
+        let save =
+            |model: &mut Model, name: &str| job(model.update(Command::SaveTo(folder.path().join(name))));
         let run = |model: &mut Model, job: Job| {
             let done = Mutex::new(None);
             job.run(&JobTools::of_test(), &|told| *done.lock().unwrap() = Some(told));
@@ -179,6 +219,14 @@ mod tests {
         run(&mut model, first);
         add(&mut model, "door");
         run(&mut model, second);
+        let second = folder.path().join("second.inplace");
+        assert_eq!(
+            model.dialog,
+            Some(Dialog::Replace(second.clone())),
+            "that file is there"
+        );
+        let again = job(model.update(Command::Replace(second)));
+        run(&mut model, again);
         add(&mut model, "lamp");
         // A name that cannot be had changes nothing about the file that there is.
         let sentence = "third.inplace: cannot be saved".to_owned();
@@ -189,6 +237,13 @@ mod tests {
         assert!(path.ends_with("second.inplace"));
         project.close();
         let kept = Contents::read(&path).unwrap().history;
-        assert_eq!(kept.labels().classes.len(), 4);
+        assert_eq!(kept.labels().classes.len(), 5);
+        let strokes: Vec<usize> = kept
+            .labels()
+            .strokes
+            .values()
+            .map(|stroke| stroke.frame)
+            .collect();
+        assert_eq!(strokes, [2]);
     }
 }

@@ -10,6 +10,7 @@ use crate::dialogs::{ClassUse, Dialog};
 use crate::effect::Effect;
 use crate::model::Model;
 use crate::tool::{DrawnLine, Tool};
+use crate::workspace::Chosen;
 
 impl Model {
     /// Changes the labels and keeps the edit.
@@ -40,6 +41,15 @@ impl Model {
         });
         self.keep(edit.map(Step::Do));
         true
+    }
+
+    /// Labels what was clicked in the 3D view as what was chosen then.
+    pub(crate) fn label_seen(&mut self, click: Stroke, chosen: Chosen) {
+        let now = self.with_workspace(|workspace| workspace.choose_again(chosen));
+        self.label(click);
+        if let Some(now) = now {
+            self.with_workspace(|workspace| drop(workspace.choose_again(now)));
+        }
     }
 
     pub(crate) fn step(&mut self, change: fn(&mut History) -> Option<Edit>, step: Step) {
@@ -161,6 +171,80 @@ impl Model {
         self.leave_suggestions();
         if self.label(region) {
             self.note_click();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use inplace_core::guide::Suggestion;
+    use inplace_core::labels::StrokeId;
+    use inplace_core::scene::demo::Shot;
+
+    use super::*;
+    use crate::Command;
+    use crate::model::{Stage, Start};
+    use crate::preferences::Preferences;
+    use crate::workspace::Workspace;
+
+    /// Two frames and the classes wall and floor, of which floor is chosen.
+    fn model() -> Model {
+        let mut model = Model::new(Start::default(), Preferences::default());
+        let workspace = Workspace::of_test(Shot::new(2, [16, 16]).scene(&|_, _| {}));
+        model.state.stage = Stage::Open(Box::new(workspace));
+        for name in ["wall", "floor"] {
+            model.update(Command::AddClass(ClassUse::Choose, name.to_owned()));
+        }
+        model
+    }
+
+    #[test]
+    fn what_was_clicked_in_3d_is_what_was_chosen_then() {
+        let mut model = model();
+        let floor = model.workspace().unwrap().chosen();
+        let wall = Chosen {
+            class: Some(1),
+            object: None,
+        };
+        for chosen in [wall, floor.clone(), Chosen::default()] {
+            model.update(Command::LabelSeen(1, [3, 3], chosen));
+        }
+        let workspace = model.workspace().unwrap();
+        let strokes = workspace.document.labels().strokes.values();
+        assert_eq!(strokes.map(|stroke| stroke.class).collect::<Vec<_>>(), [1, 2, 2]);
+        assert_eq!(workspace.chosen(), floor);
+    }
+
+    #[test]
+    fn whoever_is_led_to_another_frame_has_left_the_suggestions() {
+        let place = Suggestion {
+            frame: 1,
+            pixel: [3, 3],
+            position: [0.0; 3].into(),
+            outline: Vec::new(),
+            share: 0.1,
+            classes: Vec::new(),
+        };
+        for lead in [Command::Undo, Command::GoToStroke(StrokeId(1))] {
+            let mut model = model();
+            model.update(Command::Draw(DrawnLine {
+                tool: Tool::Brush,
+                points: vec![[8, 8]],
+            }));
+            model.with_workspace(|workspace| {
+                let newest = workspace.document.generation();
+                workspace
+                    .suggestions
+                    .take_list(newest, vec![place.clone()], newest);
+            });
+            model.update(Command::NextSuggestion);
+            let at = |model: &Model| {
+                let workspace = model.workspace().unwrap();
+                (workspace.frame_index, workspace.suggestions().at())
+            };
+            assert_eq!(at(&model), (1, Some(0)));
+            model.update(lead);
+            assert_eq!(at(&model), (0, None));
         }
     }
 }

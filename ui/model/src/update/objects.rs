@@ -36,10 +36,18 @@ impl Model {
             return;
         };
         workspace.found = found;
-        let shown = workspace.class_view.hidden.all_but;
-        let is_gone = shown.is_some_and(|id| workspace.object(id).is_none());
+        // Another object may get the number of one that is gone.
+        let view = &workspace.class_view;
+        let named = view.hidden.all_but.iter().chain(&view.hidden.objects);
+        let named = named.chain(&view.locked_objects).copied();
+        let gone: Vec<ObjectId> = named.filter(|&id| workspace.object(id).is_none()).collect();
+        let is_gone = !gone.is_empty();
         if is_gone {
-            workspace.change_class_view(|view| view.hidden.all_but = None);
+            workspace.change_class_view(|view| {
+                view.hidden.all_but = view.hidden.all_but.filter(|id| !gone.contains(id));
+                view.hidden.objects.retain(|id| !gone.contains(id));
+                view.locked_objects.retain(|id| !gone.contains(id));
+            });
         }
         if workspace.parts != parts || is_gone {
             workspace.parts = parts;
@@ -87,6 +95,7 @@ impl Model {
             let sentence = format!("No frame shows \"{}\" yet.", object.object.name);
             return self.state.messages.info(sentence);
         };
+        self.leave_suggestions();
         self.with_workspace(|workspace| {
             workspace.go_to(frame);
             workspace.view.center_on(pixel);

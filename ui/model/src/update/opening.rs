@@ -17,6 +17,7 @@ use crate::dialogs::{Dialog, MovedScene};
 use crate::document::Document;
 use crate::effect::Effect;
 use crate::jobs::Done;
+use crate::messages::About;
 use crate::model::{Model, Opening, Stage};
 use crate::opening::{Attached, Prepared, Refusal, Target, attach, prepare, prepare_whole};
 use crate::preferences::usual_threads;
@@ -53,7 +54,7 @@ impl Model {
     }
 
     /// Whether labels that are on no disk are still in the way of closing what is open: the first time a message says so,
-    /// and a file can be chosen. Whoever closes again means it.
+    /// and a file can be chosen, unless they are being written to one. Whoever closes again without labelling more means it.
     pub(crate) fn loses_labels(&mut self) -> bool {
         let (Stage::Open(workspace), Some(project)) = (&self.state.stage, &mut self.state.project) else {
             return false;
@@ -65,8 +66,14 @@ impl Model {
         {
             return false;
         }
+        if project.attempt.is_some() {
+            let sentence =
+                "Your labels are being saved. They may be lost if you close again before that is done.";
+            self.state.messages.warning(sentence);
+            return true;
+        }
         let sentence = "Your labels are in memory only: save them under a name that can be written. They are lost if you close again.";
-        self.state.messages.error(sentence);
+        self.state.messages.error_about(About::Saving, sentence);
         self.show(Some(Dialog::SaveAs(String::new())));
         true
     }
@@ -80,6 +87,8 @@ impl Model {
     /// Keeps and closes what is open, which is not worth remembering.
     pub(crate) fn leave(&mut self) {
         self.keep_results();
+        self.state.messages.withdraw(About::Saving);
+        self.state.messages.withdraw(About::Scene);
         self.give_up_export();
         self.state.stage = Stage::Start;
         let project = self.state.project.take().map(Box::new);
@@ -173,6 +182,9 @@ impl Model {
         for problem in attached.problems {
             self.state.messages.error(problem);
         }
+        if let Some(sentence) = attached.unsaved {
+            self.state.messages.error_about(About::Saving, sentence);
+        }
         let mut settings = self.state.preferences.settings();
         // What no window wrote is left out.
         let view = attached.view.as_deref().map(serde_json::from_str::<Value>);
@@ -233,7 +245,8 @@ impl Model {
         let (open, view) = (self.read, workspace.kept_view(&self.state.settings));
         self.start("open", not_opened(ticket), move |_, _| {
             let history = workspace.document.history().clone();
-            let prepared = prepare_whole(project, &workspace.scene, open, (history, view));
+            let source = workspace.scene.source.clone();
+            let prepared = prepare_whole(project, source, open, (history, view));
             Done::Prepared(ticket, Box::new(Ok(prepared)))
         });
     }
@@ -242,7 +255,7 @@ impl Model {
     pub(crate) fn poses_checked(&mut self, serial: u64, problems: Vec<String>) {
         if self.state.workspace_numbered(serial).is_some() {
             for problem in problems {
-                self.state.messages.error(problem);
+                self.state.messages.error_about(About::Scene, problem);
             }
         }
     }

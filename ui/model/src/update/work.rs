@@ -213,9 +213,9 @@ impl Model {
             wake = wake.into_iter().chain(workspace.overview.wake_in(now)).min();
             if let Some(due) = due {
                 let (serial, maps) = (workspace.serial, Arc::clone(workspace.session.maps()));
-                let imported = workspace.document.labels().imported.clone();
+                let labels = workspace.document.labels().clone();
                 self.start("summaries", Done::Failed, move |_, _| {
-                    Done::Summarised(serial, summarise(&maps, imported.as_ref(), due))
+                    Done::Summarised(serial, summarise(&maps, &labels, due))
                 });
             }
         }
@@ -320,8 +320,8 @@ mod tests {
         let mut model = Model::new(Start::default(), Preferences::default());
         let open = |model: &mut Model| {
             let workspace = Workspace::of_test(Shot::new(1, [16, 16]).scene(&|_, _| {}));
+            model.state.project = Some(ProjectSession::of_test(&workspace.scene));
             model.state.stage = Stage::Open(Box::new(workspace));
-            model.state.project = Some(ProjectSession::new(None, PathBuf::new(), false));
             model.update(Command::AddClass(ClassUse::Choose, "wall".to_owned()));
             model.state.dialog = None;
         };
@@ -338,6 +338,12 @@ mod tests {
         click(&mut model);
         assert!(stays(model.update(Command::CloseWindow)));
         assert!(matches!(model.dialog, Some(Dialog::SaveAs(_))));
+        model.update(Command::Show(None));
+        click(&mut model);
+        assert!(stays(model.update(Command::CloseWindow)), "more would be lost");
+        // While a file is being made the window closes neither.
+        model.update(Command::SaveTo(PathBuf::from("slow.inplace")));
+        assert!(stays(model.update(Command::CloseWindow)) && model.dialog.is_none());
         assert!(!stays(model.update(Command::CloseWindow)));
 
         let closes = |model: &mut Model| {

@@ -1,10 +1,39 @@
 //! The objects of the scene, and saying which of them the next strokes are on.
 
-use inplace_core::labels::{ClassId, Edit, FoundObject, Object, ObjectId, Stroke, StrokeId};
+use inplace_core::labels::{ClassId, Edit, FoundObject, Object, ObjectId, Stroke, StrokeId, VOID};
 
 use super::Workspace;
 
+/// What strokes say: a class, and of a thing an object.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Chosen {
+    /// The class; `None` before there is any.
+    pub class: Option<ClassId>,
+    /// The object, which may not be there yet.
+    pub object: Option<FoundObject>,
+}
+
 impl Workspace {
+    /// What strokes say now.
+    pub fn chosen(&self) -> Chosen {
+        Chosen {
+            class: self.class,
+            object: self.said.clone(),
+        }
+    }
+
+    /// From now on, strokes say what was chosen before, if that is there and another; returns what to go back to.
+    pub(crate) fn choose_again(&mut self, chosen: Chosen) -> Option<Chosen> {
+        let before = self.chosen();
+        let is_there = |&class: &ClassId| class == VOID || self.document.labels().class(class).is_some();
+        if before == chosen || !chosen.class.as_ref().is_some_and(is_there) {
+            return None;
+        }
+        self.class = chosen.class;
+        self.say(chosen.object);
+        Some(before)
+    }
+
     /// The object that strokes of the current class say; one that is not there yet is added by the first of them.
     pub fn said(&self) -> Option<&Object> {
         let said = &self.said.as_ref()?.object;

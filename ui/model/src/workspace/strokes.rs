@@ -73,11 +73,12 @@ impl Workspace {
     /// Undoes or redoes, and shows the frame where it happened.
     pub fn step_history(&mut self, step: fn(&mut History) -> Option<Edit>) -> Option<Edit> {
         let edit = self.edit(step)?;
-        if let Some(frame) = frame_of(&edit) {
-            self.go_to(frame);
-        }
+        let moved = frame_of(&edit).is_some_and(|frame| self.go_to(frame));
         if let Some(index) = self.suggestions.history_stepped(&edit) {
             self.show_suggestion(index);
+        } else if moved && self.suggestions.at().is_some() {
+            // Keys answer no place that is out of sight.
+            self.suggestions.leave();
         }
         Some(edit)
     }
