@@ -69,6 +69,8 @@ pub struct App {
     /// Files that were closed and are still being written.
     endings: Vec<Ending>,
     title: String,
+    /// Whether the start page was shown in the last frame.
+    at_start: bool,
     /// Measurements, where asked for.
     stats: Option<Stats>,
     trace: Option<Trace>,
@@ -97,19 +99,25 @@ impl App {
             store: environment.preferences,
             endings: Vec::new(),
             title: String::new(),
+            at_start: true,
             stats,
             trace: options.trace.map(Trace::new),
         };
         app.wear_preferences();
-        let recents = &app.model.preferences.recents;
-        if !recents.is_empty() {
-            app.jobs
-                .look_at(recents.iter().map(|recent| recent.place.clone()).collect());
-        }
+        app.look_at_recents();
         if let Some(target) = options.open {
             app.update(Command::Open(target));
         }
         app
+    }
+
+    /// Looks what is still there of what was opened lately: a disk may have come or gone.
+    fn look_at_recents(&self) {
+        let recents = &self.model.preferences.recents;
+        if !recents.is_empty() {
+            let places = recents.iter().map(|recent| recent.place.clone());
+            self.jobs.look_at(places.collect());
+        }
     }
 
     /// What the views read.

@@ -30,6 +30,11 @@ impl eframe::App for App {
         }
         self.prepare();
         self.set_title();
+        let at_start = matches!(self.model.stage, Stage::Start);
+        if at_start && !self.at_start {
+            self.look_at_recents();
+        }
+        self.at_start = at_start;
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
