@@ -39,20 +39,18 @@ impl Region {
     }
 }
 
-/// The sides of pixels in runs that no pixel of the runs lies beyond, as rectangles without width or height.
+/// The sides of pixels in runs that no pixel of the runs lies beyond, as rectangles without width or height; those that
+/// follow each other in a line are one.
 fn border_of(runs: &[Run]) -> Vec<Rect> {
     let in_row = |row: Option<u32>| {
         let from = row.map_or(0, |row| runs.partition_point(|run| run.row < row));
         let to = row.map_or(0, |row| runs.partition_point(|run| run.row <= row));
         &runs[from..to]
     };
-    let mut border = Vec::new();
+    let mut border = upright_sides(runs);
     for run in runs {
         let (left, right) = (run.first as f32, run.last as f32 + 1.0);
         let (top, bottom) = (run.row as f32, run.row as f32 + 1.0);
-        for x in [left, right] {
-            border.push(Rect::from_min_max(pos2(x, top), pos2(x, bottom)));
-        }
         for (y, beyond) in [
             (top, in_row(run.row.checked_sub(1))),
             (bottom, in_row(run.row.checked_add(1))),
@@ -76,6 +74,32 @@ fn border_of(runs: &[Run]) -> Vec<Rect> {
     border
 }
 
+/// The left and right sides of runs.
+fn upright_sides(runs: &[Run]) -> Vec<Rect> {
+    let mut sides = Vec::new();
+    let mut end = |&(x, top): &(u32, u32), bottom: u32| {
+        let [x, top, bottom] = [x, top, bottom].map(|at| at as f32);
+        sides.push(Rect::from_min_max(pos2(x, top), pos2(x, bottom)));
+    };
+    // Those of the row before from the left, each with the row where it begins; and the row after that.
+    let (mut open, mut next): (Vec<(u32, u32)>, u32) = (Vec::new(), 0);
+    for row in runs.chunk_by(|a, b| a.row == b.row) {
+        let y = row[0].row;
+        let before = if y == next { open.as_slice() } else { &[] };
+        let top = |x: u32| {
+            let above = before.binary_search_by_key(&x, |&(x, _)| x);
+            above.map_or(y, |at| before[at].1)
+        };
+        let columns = row.iter().flat_map(|run| [run.first, run.last + 1]);
+        let now: Vec<(u32, u32)> = columns.map(|x| (x, top(x))).collect();
+        let ended = open.iter().filter(|side| now.binary_search(side).is_err());
+        ended.for_each(|side| end(side, next));
+        (open, next) = (now, y + 1);
+    }
+    open.iter().for_each(|side| end(side, next));
+    sides
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,6 +116,9 @@ mod tests {
             length += side.width() + side.height();
         }
         assert_eq!(length, 2.0 * (6.0 + 2.0) + 2.0);
+        // A square, and another below a gap, have four sides each.
+        let rows = [0, 1, 2, 4, 5].map(|row| run(row, 3, 5));
+        assert_eq!(border_of(&rows).len(), 8);
         let alone = border_of(&[run(0, 0, 0), run(1, 5, 5)]);
         let length: f32 = alone.iter().map(|side| side.width() + side.height()).sum();
         assert_eq!(length, 8.0);
