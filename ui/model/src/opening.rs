@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use inplace_core::labels::{History, LabelSet};
 use inplace_core::project::{Contents, Journal, Opened, Project, ProjectError, SceneRecord};
@@ -14,6 +15,10 @@ use inplace_core::session::MapSlots;
 use crate::jobs::JobTools;
 use crate::project_session::ProjectSession;
 use crate::text::counted;
+
+/// How often it is tried to open a file that is in use, and the pause between two attempts.
+const ATTEMPTS: usize = 10;
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// What is to be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,6 +124,17 @@ pub fn prepare(target: Target, open: OpenOptions, tools: &JobTools) -> Result<Pr
     }
 }
 
+/// Opens a project file. One that is in use may be so for a moment only, by an opening that was given up.
+fn opened(path: &Path) -> Result<Opened, ProjectError> {
+    for _ in 0..ATTEMPTS {
+        match Opened::open(path) {
+            Err(ProjectError::InUse(_)) => std::thread::sleep(PAUSE),
+            opened => return opened,
+        }
+    }
+    Opened::open(path)
+}
+
 /// `moved` is where the scene is now, if that is not where the project says.
 fn prepare_project(
     path: PathBuf,
@@ -127,7 +143,7 @@ fn prepare_project(
     tools: &JobTools,
 ) -> Result<Prepared, Refusal> {
     tools.wait_for(&path);
-    let opened = Opened::open(&path)?;
+    let opened = opened(&path)?;
     let scene = &opened.contents.scene;
     let source = match (moved, &scene.source) {
         (Some(folder), _) => SceneSource::Folder(folder),
@@ -161,7 +177,7 @@ fn prepare_scene(source: SceneSource, open: OpenOptions, tools: &JobTools) -> Re
     let file = (tools.autosave)(&source);
     tools.wait_for(&file);
     let (mut kept, mut problem) = (None, None);
-    match Opened::open(&file) {
+    match opened(&file) {
         Ok(opened) => kept = Some(opened),
         Err(ProjectError::Missing(_)) => {}
         Err(ProjectError::InUse(_)) => {
@@ -343,4 +359,26 @@ fn recovered(labels: &LabelSet) -> String {
         ""
     };
     format!("Your earlier work on this scene was recovered: {strokes}{on}{imported}.")
+}
+
+#[cfg(test)]
+mod tests {
+    use inplace_core::scene::demo::Shot;
+
+    use super::*;
+
+    #[test]
+    fn a_project_that_was_being_opened_before_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.inplace");
+        let scene = Shot::new(1, [16, 16]).scene(&|_, _| {});
+        let record = SceneRecord::of(&scene, OpenOptions::default());
+        let held = Project::create(&path, &Contents::new(record, History::default())).unwrap();
+        let given_up = std::thread::spawn(move || {
+            std::thread::sleep(3 * PAUSE);
+            drop(held);
+        });
+        assert!(opened(&path).is_ok());
+        given_up.join().unwrap();
+    }
 }
