@@ -96,13 +96,12 @@ impl Panels {
 impl ScenePanels {
     fn new(ctx: &egui::Context, serial: u64) -> Self {
         let frames = Thumbnails::new(ctx.clone(), [128.0, 96.0]);
-        let places = Thumbnails::new(ctx.clone(), [480.0, 360.0]);
         Self {
             serial,
             classes: classes::ClassPanel::default(),
             strokes: strokes::StrokePanel::default(),
             filmstrip: filmstrip::Filmstrip::new(frames),
-            suggestions: suggestions::SuggestionPanel::new(places),
+            suggestions: suggestions::SuggestionPanel::new(ctx),
             hints: hints::Hints::default(),
             progress: progress::ProgressPanel::default(),
             view3d: View3d::new(ctx),

@@ -26,7 +26,9 @@ const FAINT: f32 = 0.3;
 
 /// The ranked list of places with their pictures.
 pub struct SuggestionPanel {
-    thumbnails: Thumbnails,
+    /// Of the place at hand, and of the others: large pictures of all would cost as much as the maps do.
+    large: Thumbnails,
+    small: Thumbnails,
     /// The place at hand when the list was drawn last, to scroll to another one.
     at: Option<(usize, u64)>,
 }
@@ -40,13 +42,18 @@ struct Place<'a> {
 }
 
 impl SuggestionPanel {
-    /// A list with these thumbnails.
-    pub fn new(thumbnails: Thumbnails) -> Self {
-        Self { thumbnails, at: None }
+    /// A list in this window.
+    pub fn new(ctx: &egui::Context) -> Self {
+        Self {
+            large: Thumbnails::new(ctx.clone(), [480.0, 360.0]),
+            small: Thumbnails::new(ctx.clone(), (2.0 * SMALL).into()),
+            at: None,
+        }
     }
 
     pub fn show(&mut self, ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
-        self.thumbnails.collect();
+        self.large.collect();
+        self.small.collect();
         let hovered = ui.rect_contains_pointer(ui.max_rect());
         if hovered != workspace.suggestions().held {
             commands.push(Command::HoldSuggestions(hovered));
@@ -191,8 +198,11 @@ impl SuggestionPanel {
             opacity: FAINT,
             outlines: false,
         };
-        let thumbnails = &mut self.thumbnails;
-        let Some(thumbnail) = thumbnails.suggestion(place.workspace, place.suggestion, look) else {
+        let large = (size != SMALL).then_some(&mut self.large);
+        let large = large.and_then(|large| large.suggestion(place.workspace, place.suggestion, look));
+        // The small one stands in for the large one until that is ready.
+        let small = || self.small.suggestion(place.workspace, place.suggestion, look);
+        let Some(thumbnail) = large.or_else(small) else {
             return;
         };
         let full = glam::vec2(place.frame.camera.width as f32, place.frame.camera.height as f32);
