@@ -18,7 +18,8 @@ use inplace_model::{Command, Commands, Model};
 use crate::keys;
 use crate::keys::table::{AT_A_PLACE, AT_A_SUGGESTION, Line, TABLE};
 use crate::numbers;
-use form::{browse, choose, close, confirm, path_field, room, text_field};
+use crate::widgets::main_button_enabled;
+use form::{at_the_end, browse, close, confirm, path_field, room, text_field};
 
 /// Files that are saved: what is said of them, the name of the field, the extension.
 const PROJECT_FILE: [&str; 3] = [
@@ -72,7 +73,7 @@ fn title(dialog: &Dialog) -> &'static str {
     match dialog {
         Dialog::Open(_) => "Open",
         Dialog::SaveAs(_) => "Save project as",
-        Dialog::Replace(_) => "Replace this file?",
+        Dialog::ReplaceFile(_) => "Replace this file?",
         Dialog::Export(_) => "Export",
         Dialog::Import { .. } => "Import labels",
         Dialog::Compare(_) => "Compare with another project",
@@ -105,7 +106,7 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
         match dialog {
             Dialog::Open(path) => open(ui, path, commands),
             Dialog::SaveAs(path) => save(ui, path, Purpose::SaveAs, commands),
-            Dialog::Replace(path) => replace(ui, path, commands),
+            Dialog::ReplaceFile(path) => replace(ui, path, commands),
             Dialog::Export(choice) => export::show(ui, choice, commands),
             Dialog::Import { path, trust } => import(ui, path, trust, commands),
             Dialog::Compare(path) => compare(ui, path, commands),
@@ -157,19 +158,24 @@ fn save(ui: &mut Ui, path: &mut String, purpose: Purpose, commands: &mut Command
     });
 }
 
-/// Asks before a file is replaced. What takes no step that cannot be undone is where "Save" was, for whoever pressed twice.
+/// Asks before a file is replaced. Where "Save" was is what loses nothing, for whoever pressed twice.
 fn replace(ui: &mut Ui, path: &Path, commands: &mut Commands) {
     ui.label(format!(
-        "{} is there already. What it holds would be lost.",
+        "{} already exists. Its contents would be lost.",
         path.display()
     ));
-    let another = Dialog::SaveAs(path.display().to_string());
-    choose(
-        ui,
-        ("Choose another name", Command::Show(Some(another))),
-        ("Replace it", Command::Replace(path.to_path_buf())),
-        commands,
-    );
+    ui.add_space(8.0);
+    at_the_end(ui, |ui| {
+        if main_button_enabled(ui, true, "Choose another name").clicked() {
+            commands.push(Command::Show(Some(Dialog::SaveAs(path.display().to_string()))));
+        }
+        if ui.button("Replace it").clicked() {
+            commands.push(Command::ReplaceFile(path.to_path_buf()));
+        }
+        if ui.button("Cancel").clicked() {
+            commands.push(Command::Show(None));
+        }
+    });
 }
 
 /// The file at a path, whose name gets this extension where it ends otherwise: "room 1.2" has none.

@@ -8,7 +8,7 @@ use std::time::Instant;
 use inplace_core::export::{self, Format, IdMap, LabelledScene, Options, Views, Written};
 use inplace_core::labels::Class;
 use inplace_core::project::{Contents, SceneRecord, same_file};
-use inplace_core::scene::{Scene, SceneSource, Trajectory};
+use inplace_core::scene::{Scene, Trajectory};
 use inplace_core::semantics::NovelViews;
 use inplace_core::session::{Command, Measured, ModelState, Progress};
 
@@ -56,7 +56,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     }
     if trajectory.is_some() {
         let source = &contents.scene.source;
-        if is_capture(&arguments.out, source) || has_other_images(&arguments.out) {
+        if export::is_capture(&arguments.out, source) || has_other_images(&arguments.out) {
             return Err(format!(
                 "{}: is a capture itself, whose poses would be lost; choose another folder with --out",
                 arguments.out.display()
@@ -68,7 +68,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         let mut read = read.into_iter().flatten();
         if let Some(path) = read.find(|path| written.iter().any(|file| same_file(path, file))) {
             return Err(format!(
-                "{}: would be replaced by the poses of the views; keep the path elsewhere, or choose another folder with --out",
+                "{}: would be replaced by the poses of the views; keep the camera path elsewhere, or choose another folder with --out",
                 path.display()
             )
             .into());
@@ -175,16 +175,12 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     )
 }
 
-/// Whether a folder is that of the capture.
-fn is_capture(folder: &Path, source: &SceneSource) -> bool {
-    matches!(source, SceneSource::Folder(capture) if same_file(folder, capture))
-}
-
 /// Whether a folder is a capture in the Replica layout whose images are not rendered views.
 fn has_other_images(folder: &Path) -> bool {
     let files = folder.join("rgb").read_dir().into_iter().flatten().flatten();
     let mut names = files.map(|file| file.file_name().to_string_lossy().into_owned());
-    let is_other = |name: String| name.starts_with("rgb_") || name.ends_with(".jpg");
+    let is_image = |name: &str| [".png", ".jpg", ".jpeg"].iter().any(|end| name.ends_with(end));
+    let is_other = |name: String| is_image(&name) && !name.starts_with("view_");
     folder.join("traj_w_c.txt").is_file() && names.any(is_other)
 }
 

@@ -7,7 +7,8 @@ use std::path::Path;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::Serialize;
 
-use super::layout::{ExportedObject, LabelledScene, OutputFile, Written, json_file};
+use super::layout::{LabelledScene, OutputFile, Written, json_file};
+use super::objects::ExportedObject;
 use super::ply::{self, Vertex};
 use super::solid::{self, Solid};
 use super::{ExportError, Options, Refusal};

@@ -6,8 +6,9 @@ use serde::Serialize;
 
 use super::Refusal;
 use super::layout::{About, Labelled, Layout, OutputFile, json_file};
+use super::objects::{OBJECTS, ObjectPixels, objects_file};
 use super::original::original;
-use super::pngs::{CLASSES, OBJECTS, ObjectPixels, objects_file};
+use super::pngs::CLASSES;
 use crate::labels::{ClassId, VOID, png};
 
 const IMAGES: &str = "images";

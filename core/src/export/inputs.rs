@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize, Serializer};
 use sha2::{Digest, Sha256};
 
-use super::pngs::{OBJECTS, PNG_FOLDERS};
+use super::objects::OBJECTS;
+use super::pngs::PNG_FOLDERS;
 use super::{ExportError, REPORT, Report};
 use crate::field::Preset;
 
@@ -15,7 +16,7 @@ use crate::field::Preset;
 /// number of threads is not among it: it decides how soon they are there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
-    /// Absolute path of the capture or project; the word "demo". What is no Unicode in it is not kept.
+    /// Absolute path of the capture or project; the word "demo". What is not Unicode in it is replaced.
     #[serde(serialize_with = "lossy")]
     pub scene: PathBuf,
     /// [`digest`] of the strokes file, or of the project that brings its own; `None` where they are built in or there

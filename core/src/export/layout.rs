@@ -1,6 +1,5 @@
 //! How a data set is laid out on disk, and the writing that all layouts share.
 
-use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,12 +8,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::pngs::{CLASSES, OBJECT_LIST};
+use super::objects::{ExportedObject, OBJECT_LIST, Objects, forget_objects, remove_objects};
+use super::pngs::CLASSES;
 use super::{ExportError, Ids, Options, REPORT, Refusal, atomic};
-use crate::labels::{Class, ClassId, LabelSet, Object, ObjectId, VOID};
+use crate::labels::{Class, ClassId, LabelSet, Object, VOID};
 use crate::project::same_file;
 use crate::scene::{Frame, ImagePixels, Scene, SceneSource};
-use crate::semantics::{KnownPart, Surface, SurfaceObjects};
+use crate::semantics::KnownPart;
 use crate::session::{CERTAIN, FrameMap};
 
 /// A scene with a map of every frame.
@@ -172,105 +172,6 @@ impl Labelled<'_> {
     }
 }
 
-/// An object as it is exported.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct ExportedObject {
-    pub(super) id: u16,
-    /// The exported class.
-    pub(super) class: ClassId,
-    pub(super) thing: bool,
-    pub(super) name: String,
-}
-
-/// The objects of an export.
-pub(super) struct Objects {
-    /// The things on each surface that a map follows from: while the geometry is learnt there may be two.
-    on_surfaces: Vec<(Arc<Surface>, SurfaceObjects)>,
-    /// Those of exported classes: the things, and then a number for each class that is stuff.
-    pub(super) listed: Vec<ExportedObject>,
-    /// The numbers of the latter, by exported class.
-    stuff: FxHashMap<ClassId, u16>,
-}
-
-impl Objects {
-    /// Those of a scene; `None` where no class is a thing or the maps follow from no surface.
-    pub(super) fn of(labelled: LabelledScene<'_>, ids: &Ids<'_>) -> Option<Self> {
-        labelled.classes.iter().find(|class| class.thing)?;
-        let (surface, posterior) = labelled.maps.first()?.surface()?;
-        let told = (labelled.classes, labelled.objects);
-        let known = !labelled.parts.is_empty();
-        let before = known.then(|| SurfaceObjects::recalled(surface, labelled.parts));
-        let first = SurfaceObjects::new(surface, posterior, told, before.as_ref());
-        let things = first.objects.iter().map(|object| ExportedObject {
-            id: object.id.number(),
-            class: ids.of(object.class),
-            thing: true,
-            name: object.name.clone(),
-        });
-        let mut listed: Vec<ExportedObject> = things.collect();
-        let used: BTreeSet<u16> = listed.iter().map(|object| object.id).collect();
-        let next = used.last().map_or(1, |last| last.saturating_add(1));
-        let free = (next..=u16::MAX).chain(1..next).filter(|id| !used.contains(id));
-        let stuff = ids.classes().iter().filter(|class| !class.thing);
-        listed.extend(free.zip(stuff).map(|(id, class)| ExportedObject {
-            id,
-            class: class.id,
-            thing: false,
-            name: class.name.clone(),
-        }));
-        listed.retain(|object| object.class != VOID);
-        let mut on_surfaces = vec![(Arc::clone(surface), first)];
-        for (other, posterior) in labelled.maps.iter().filter_map(|map| map.surface()) {
-            if !on_surfaces.iter().any(|(known, _)| Arc::ptr_eq(known, other)) {
-                let moved = on_surfaces[0].1.on(surface, (other, posterior));
-                on_surfaces.push((Arc::clone(other), moved));
-            }
-        }
-        let stuff = listed.iter().filter(|object| !object.thing);
-        Some(Self {
-            on_surfaces,
-            stuff: stuff.map(|object| (object.class, object.id)).collect(),
-            listed,
-        })
-    }
-
-    /// The things on the surface that a map follows from.
-    fn on_surface_of(&self, map: &FrameMap) -> Option<&SurfaceObjects> {
-        let (surface, _) = map.surface()?;
-        let mut known = self.on_surfaces.iter();
-        known
-            .find(|(own, _)| Arc::ptr_eq(own, surface))
-            .map(|(_, objects)| objects)
-    }
-
-    /// The number of the object of a node of the first map's surface, of a node with this exported class; 0 where it has none.
-    pub(super) fn of_node(&self, node: u32, label: ClassId) -> u16 {
-        let thing = self.on_surfaces[0].1.of_node(node).map_or(0, ObjectId::number);
-        self.all_of(label).unwrap_or(thing)
-    }
-
-    /// The number of the object that all of an exported class is; `None` for one with things.
-    fn all_of(&self, label: ClassId) -> Option<u16> {
-        match label {
-            VOID => Some(0),
-            label => self.stuff.get(&label).copied(),
-        }
-    }
-
-    /// The number of every pixel's object, of pixels with these exported classes, by those that the map knows.
-    fn of_pixels(&self, labels: &[ClassId], things: &[u16]) -> Vec<u16> {
-        let mut objects = Vec::with_capacity(labels.len());
-        for same in labels.chunk_by(|a, b| a == b) {
-            let (start, end) = (objects.len(), objects.len() + same.len());
-            match self.all_of(same[0]) {
-                Some(object) => objects.resize(end, object),
-                None => objects.extend_from_slice(&things[start..end]),
-            }
-        }
-        objects
-    }
-}
-
 /// A file of an export.
 pub(super) struct OutputFile {
     /// Below the export's folder.
@@ -308,8 +209,7 @@ impl OutputFile {
     fn is_among(&self, folder: &Path, image: &Path, source: &SceneSource) -> bool {
         let path = folder.join(&self.path);
         let is_own = path.parent().is_some_and(|place| is_in(image, place));
-        let in_capture = || matches!(source, SceneSource::Folder(capture) if same_file(folder, capture));
-        let replaces = || self.is_copy && path.exists() && in_capture();
+        let replaces = || self.is_copy && path.exists() && is_capture(folder, source);
         (is_own || replaces()) && !self.is_there(folder)
     }
 
@@ -332,6 +232,11 @@ impl OutputFile {
         let path = folder.join(&self.path);
         atomic::replace(&path, &self.bytes).map_err(|error| ExportError::unwritable(&path, error))
     }
+}
+
+/// Whether a folder is that of the capture.
+pub fn is_capture(folder: &Path, source: &SceneSource) -> bool {
+    matches!(source, SceneSource::Folder(capture) if same_file(folder, capture))
 }
 
 /// Whether an image of the capture lies in a folder.
@@ -437,17 +342,19 @@ pub(super) fn write<L: Layout>(
     let (frames, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (files, unchanged) = (AtomicUsize::new(0), AtomicUsize::new(0));
     // Nothing may list other files than those beside it, even if this export is stopped: what does is removed before.
-    let write_files = |written: Vec<OutputFile>, outdated: &[&str], is_of_frame: bool| {
+    let write_files = |written: Vec<OutputFile>, is_of_frame: bool| {
         written.iter().try_for_each(|file| -> Result<(), ExportError> {
             if file.is_there(folder) {
                 unchanged.fetch_add(1, Ordering::Relaxed);
                 return Ok(());
             }
-            for name in outdated {
-                super::remove(&folder.join(name))?;
-            }
-            if is_of_frame && objects.is_some() {
-                forget_objects(folder, L::OBJECT_FOLDERS)?;
+            if is_of_frame {
+                for name in L::INDEX {
+                    super::remove(&folder.join(name))?;
+                }
+                if objects.is_some() {
+                    forget_objects(folder, L::OBJECT_FOLDERS)?;
+                }
             }
             files.fetch_add(1, Ordering::Relaxed);
             file.replace(folder)
@@ -476,7 +383,7 @@ pub(super) fn write<L: Layout>(
             let reason = format!("{name} would lie among the capture's own images; choose another folder");
             return Err(ExportError::incomplete(folder, reason));
         }
-        write_files(written, L::INDEX, true)?;
+        write_files(written, true)?;
         let done = frames.fetch_add(1, Ordering::Relaxed) + 1;
         if progress(done, maps.len()).is_break() {
             stopped.store(true, Ordering::Relaxed);
@@ -496,7 +403,7 @@ pub(super) fn write<L: Layout>(
         classes,
         objects: objects.as_ref().map(|objects| objects.listed.as_slice()),
     };
-    write_files(layout.index(about, entries).map_err(incomplete)?, &[], false)?;
+    write_files(layout.index(about, entries).map_err(incomplete)?, false)?;
     Ok(Written {
         files: files.into_inner(),
         unchanged: unchanged.into_inner(),
@@ -506,35 +413,14 @@ pub(super) fn write<L: Layout>(
 /// Refuses the folder of a capture that has labels and lists of its own.
 pub(super) fn refuse_truth(folder: &Path, scene: &Scene) -> Result<(), ExportError> {
     let is_any = |names: &[&str]| names.iter().any(|name| folder.join(name).exists());
-    let in_capture = matches!(&scene.source, SceneSource::Folder(capture) if same_file(folder, capture));
-    if in_capture && is_any(&["semantic_class", "semantic_instance"]) && is_any(&[CLASSES, OBJECT_LIST]) {
+    if is_capture(folder, &scene.source)
+        && is_any(&["semantic_class", "semantic_instance"])
+        && is_any(&[CLASSES, OBJECT_LIST])
+    {
         let reason = format!(
             "it has the {CLASSES} or {OBJECT_LIST} of the capture's own labels; choose another folder"
         );
         return Err(ExportError::incomplete(folder, reason));
-    }
-    Ok(())
-}
-
-/// Empties the list of an earlier export's objects: its numbers may mean others in what is written now.
-fn forget_objects(folder: &Path, inner: &[&str]) -> Result<(), ExportError> {
-    let list = OutputFile::new(OBJECT_LIST, b"[]\n".to_vec());
-    if !inner.is_empty() && folder.join(&list.path).is_file() {
-        list.write(folder)?;
-    }
-    Ok(())
-}
-
-/// Removes what an earlier export said of objects: whoever reads it beside the new labels believes it before them.
-fn remove_objects(folder: &Path, inner: &[&str], scene: &Scene) -> Result<(), ExportError> {
-    let list = folder.join(OBJECT_LIST);
-    let places = inner.iter().map(|name| folder.join(name));
-    // One without the other is not ours.
-    for place in places.filter(|place| place.is_dir() && list.is_file()) {
-        for frame in &scene.frames {
-            super::remove(&place.join(format!("{}.png", frame.stem)))?;
-        }
-        super::remove(&list)?;
     }
     Ok(())
 }

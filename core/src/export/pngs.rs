@@ -1,11 +1,10 @@
 //! Label, entropy and colour PNGs of every frame: the plain format, which loses nothing.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::path::Path;
 
-use serde::Serialize;
-
-use super::layout::{About, ExportedObject, Labelled, Layout, OutputFile, is_in, json_file, refuse_truth};
+use super::layout::{About, Labelled, Layout, OutputFile, is_in, json_file, refuse_truth};
+use super::objects::{OBJECTS, ObjectPixels, objects_file};
 use super::{ExportError, Refusal};
 use crate::labels::{Class, ClassId, png};
 use crate::scene::Scene;
@@ -22,57 +21,8 @@ use crate::scene::Scene;
 ///   or a thing of which nobody said which one
 pub(super) struct Pngs;
 
-/// Where the objects go.
-pub(super) const OBJECTS: &str = "objects";
-/// The list of the classes, and that of the objects.
+/// The list of the classes.
 pub(super) const CLASSES: &str = "classes.json";
-pub(super) const OBJECT_LIST: &str = "objects.json";
-
-/// Pixels of each object in a frame.
-pub(super) struct ObjectPixels(BTreeMap<u16, u64>);
-
-impl ObjectPixels {
-    pub(super) fn of(frame: &Labelled<'_>) -> Self {
-        let mut pixels = BTreeMap::new();
-        let objects = frame.objects.as_deref().unwrap_or_default();
-        for same in objects.chunk_by(|a, b| a == b) {
-            *pixels.entry(same[0]).or_default() += same.len() as u64;
-        }
-        Self(pixels)
-    }
-}
-
-/// `objects.json`: the objects that any frame shows; `None` where nothing is known of objects.
-pub(super) fn objects_file(about: About<'_>, frames: &[ObjectPixels]) -> Result<Option<OutputFile>, Refusal> {
-    let Some(objects) = about.objects else {
-        return Ok(None);
-    };
-    let record = |object: &ExportedObject| {
-        let class = about.classes.iter().find(|class| class.id == object.class);
-        ObjectRecord {
-            id: object.id,
-            class_id: object.class,
-            class_name: class.map_or_else(String::new, |class| class.name.clone()),
-            thing: object.thing,
-            name: object.name.clone(),
-            pixels: frames.iter().filter_map(|frame| frame.0.get(&object.id)).sum(),
-        }
-    };
-    let shown = objects.iter().map(record).filter(|record| record.pixels > 0);
-    Ok(Some(json_file(OBJECT_LIST, &shown.collect::<Vec<_>>())?))
-}
-
-/// A line of `objects.json`.
-#[derive(Serialize)]
-struct ObjectRecord {
-    id: u16,
-    class_id: ClassId,
-    class_name: String,
-    thing: bool,
-    name: String,
-    /// In all frames.
-    pixels: u64,
-}
 
 /// The folders of [`Format::Png`](super::Format::Png), below the export's own.
 pub(super) const PNG_FOLDERS: [&str; 3] = ["labels", "entropy", "color"];

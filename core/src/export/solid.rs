@@ -3,9 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::layout::{
-    ExportedObject, LabelledScene, Objects, OutputFile, Written, json_file, void_improbable,
-};
+use super::layout::{LabelledScene, OutputFile, Written, json_file, void_improbable};
+use super::objects::{ExportedObject, Objects};
 use super::ply::{self, Vertex};
 use super::pngs::{CLASSES, colors_by_id};
 use super::{ExportError, Options, Refusal};

@@ -30,7 +30,7 @@ pub enum Command {
     /// Saves to another project file.
     SaveTo(PathBuf),
     /// The same, in place of what is there.
-    Replace(PathBuf),
+    ReplaceFile(PathBuf),
     /// Writes a data set into a folder.
     Export(ExportChoice),
     /// Stops the export that is under way.

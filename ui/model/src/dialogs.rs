@@ -46,7 +46,7 @@ pub enum Dialog {
     /// Asks for a project file to write, with the path typed so far.
     SaveAs(String),
     /// Asks whether the project takes the place of this file, which is there already.
-    Replace(PathBuf),
+    ReplaceFile(PathBuf),
     /// Asks what to export, and for a folder to export into.
     Export(ExportChoice),
     /// Asks for a folder of label images.

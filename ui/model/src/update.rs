@@ -92,7 +92,7 @@ impl Model {
             Command::Open(target) => self.open(target),
             Command::Save => self.save(),
             Command::SaveTo(path) => self.save_to(path, false),
-            Command::Replace(path) => self.save_to(path, true),
+            Command::ReplaceFile(path) => self.save_to(path, true),
             Command::Export(choice) => self.export(choice),
             Command::CancelExport => self.cancel_export(),
             Command::CancelImport => self.cancel_import(),

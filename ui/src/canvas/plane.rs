@@ -198,9 +198,8 @@ pub fn measured_depth(frame: &Frame, depth: &DepthMap, index: usize) -> Option<f
 /// The [`Agreement`] on every pixel of a map, as its number, row-major.
 ///
 /// A pixel of an imported image is contradicted where the map has another class; what it says of deleted classes does not
-/// count. A pixel of a stroke counts as
-/// the stroke says, whatever the image says there; it is contradicted where `contradicted` has the stroke with
-/// another class, which is what the other strokes say.
+/// count. A pixel of a stroke counts as the stroke says, whatever the image says there; it is contradicted where
+/// `contradicted` has the stroke with another class, which is what the other strokes say.
 pub fn disagreement(
     map: &FrameMap,
     imported: Option<&ImportedMap>,

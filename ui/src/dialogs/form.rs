@@ -38,7 +38,7 @@ pub fn browse(ui: &mut Ui, text: &str, purpose: Purpose, commands: &mut Commands
 }
 
 /// One line of controls from the right.
-fn at_the_end(ui: &mut Ui, controls: impl FnOnce(&mut Ui)) {
+pub fn at_the_end(ui: &mut Ui, controls: impl FnOnce(&mut Ui)) {
     ui.horizontal(|ui| {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), controls);
     });
@@ -58,27 +58,6 @@ pub fn confirm(
         let confirmed = main_button_enabled(ui, possible, verb).clicked();
         if possible && (confirmed || entered) {
             commands.push(command());
-        }
-        if ui.button("Cancel").clicked() {
-            commands.push(Command::Show(None));
-        }
-    });
-}
-
-/// The row of buttons at the end of a dialog with two ways on.
-pub fn choose(
-    ui: &mut Ui,
-    (first, then): (&str, Command),
-    (second, or): (&str, Command),
-    commands: &mut Commands,
-) {
-    ui.add_space(8.0);
-    at_the_end(ui, |ui| {
-        if main_button_enabled(ui, true, first).clicked() {
-            commands.push(then);
-        }
-        if ui.button(second).clicked() {
-            commands.push(or);
         }
         if ui.button("Cancel").clicked() {
             commands.push(Command::Show(None));

@@ -82,7 +82,7 @@ fn every_control_of_the_start_page_of_an_open_scene_and_of_its_dialogs_has_a_nam
     for dialog in [
         Dialog::open(),
         Dialog::SaveAs(String::new()),
-        Dialog::Replace("there.inplace".into()),
+        Dialog::ReplaceFile("there.inplace".into()),
         Dialog::export(),
         Dialog::import(),
         Dialog::Compare(String::new()),

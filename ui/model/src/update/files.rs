@@ -109,9 +109,9 @@ impl Model {
         };
         project.attempt = None;
         if self.state.dialog.is_none() {
-            return self.show(Some(Dialog::Replace(path)));
+            return self.show(Some(Dialog::ReplaceFile(path)));
         }
-        let sentence = format!("{}: is there already, and was not replaced.", path.display());
+        let sentence = format!("{}: already exists, and was not replaced.", path.display());
         self.state.messages.error(sentence);
     }
 
@@ -222,10 +222,10 @@ mod tests {
         let second = folder.path().join("second.inplace");
         assert_eq!(
             model.dialog,
-            Some(Dialog::Replace(second.clone())),
+            Some(Dialog::ReplaceFile(second.clone())),
             "that file is there"
         );
-        let again = job(model.update(Command::Replace(second)));
+        let again = job(model.update(Command::ReplaceFile(second)));
         run(&mut model, again);
         add(&mut model, "lamp");
         // A name that cannot be had changes nothing about the file that there is.

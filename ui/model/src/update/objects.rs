@@ -22,11 +22,11 @@ impl Model {
         let Some(workspace) = self.state.workspace() else {
             return;
         };
-        let (before, unnamed) = (workspace.saying(), workspace.class.is_none());
+        let (before, unnamed) = (workspace.chosen(), workspace.class.is_none());
         if unnamed || self.say_new_object() {
             self.draw(line);
         }
-        self.with_workspace(|workspace| workspace.say(before));
+        self.with_workspace(|workspace| drop(workspace.choose_again(before)));
     }
 
     /// Takes over the objects that were found, and keeps those that no stroke names in the project, so that their numbers

@@ -126,11 +126,6 @@ impl Workspace {
         }
     }
 
-    /// What strokes say, to go back to it by [`Self::say`].
-    pub(crate) fn saying(&self) -> Option<FoundObject> {
-        self.said.clone()
-    }
-
     /// From now on, strokes of the current class say this object, or none.
     pub(crate) fn say(&mut self, said: Option<FoundObject>) {
         self.said = said;
