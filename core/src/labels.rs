@@ -35,6 +35,7 @@ pub use palette::{ClassPalette, PALETTES, parse_class_list};
 pub use png::decode_gray;
 pub use polygon::polygon_runs;
 pub use raster::{erase, pixels_of, rasterise, runs_of};
+pub(crate) use runs::contains;
 pub use runs::{Run, runs_of_equal};
 pub use stroke::{Pixel, Stroke, StrokeId, StrokeKind};
 

@@ -1,7 +1,5 @@
 //! Strokes to pixels, and the eraser.
 
-use std::collections::BTreeMap;
-
 use super::runs::{Coverage, Run, contains};
 use super::{ClassId, LabelSet, Pixel, Stroke, StrokeId};
 
@@ -79,22 +77,24 @@ fn brushed(
     coverage.finish()
 }
 
-/// The labelled pixels of a frame: row-major index to class (void included), later strokes over earlier ones.
+/// The labelled pixels of a frame, ascending: row-major index and class (void included), later strokes over earlier ones.
 pub fn rasterise(
     labels: &LabelSet,
     frame: usize,
     width: u32,
     height: u32,
-) -> BTreeMap<u32, (ClassId, StrokeId)> {
-    let strokes = labels.strokes_of(frame);
-    let pixels = strokes.flat_map(|(id, stroke)| {
+) -> Vec<(u32, (ClassId, StrokeId))> {
+    let strokes: Vec<_> = labels.strokes_of(frame).collect();
+    let latest_first = strokes.into_iter().rev().flat_map(|(id, stroke)| {
         let said = (stroke.class, id);
-        pixels_of(stroke, width, height)
-            .into_iter()
-            .map(move |pixel| (pixel, said))
+        let pixels = pixels_of(stroke, width, height);
+        pixels.into_iter().map(move |pixel| (pixel, said))
     });
-    // Of equal pixels, the last stays.
-    pixels.collect()
+    let mut pixels: Vec<_> = latest_first.collect();
+    // A stable sort keeps the order of equal pixels, and merges what is ascending already.
+    pixels.sort_by_key(|&(pixel, _)| pixel);
+    pixels.dedup_by_key(|&mut (pixel, _)| pixel);
+    pixels
 }
 
 /// What remains of a stroke after an eraser of `radius` pixels passed along `path`.
@@ -262,8 +262,9 @@ mod tests {
         history.add_stroke(line(1, &[[5, 2]]));
         history.add_stroke(Stroke::click(0, 7, [5, 2]));
         let map = rasterise(history.labels(), 0, 10, 5);
-        assert_eq!(map[&25], (7, StrokeId(2)));
-        assert_eq!(map[&24], (1, StrokeId(1)));
+        assert_eq!(map.iter().filter(|&&(pixel, _)| pixel == 25).count(), 1);
+        assert!(map.contains(&(25, (7, StrokeId(2)))) && map.contains(&(24, (1, StrokeId(1)))));
+        assert!(map.is_sorted());
     }
 
     #[test]

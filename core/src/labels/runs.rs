@@ -103,7 +103,7 @@ impl Coverage {
 }
 
 /// Whether a pixel is in runs that [`Coverage::finish`] gave.
-pub(super) fn contains(runs: &[Run], [x, y]: Pixel) -> bool {
+pub(crate) fn contains(runs: &[Run], [x, y]: Pixel) -> bool {
     let after = runs.partition_point(|run| (run.row, run.first) <= (y, x));
     let run = after.checked_sub(1).and_then(|index| runs.get(index));
     run.is_some_and(|run| run.row == y && x <= run.last)

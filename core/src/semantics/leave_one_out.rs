@@ -8,7 +8,6 @@ use rustc_hash::FxHashMap;
 
 use super::likeness::LabelledRegions;
 use super::posterior::label_at;
-use super::strays::strays;
 use super::{ClassGeodesics, Geodesics, Surface};
 use crate::labels::{ClassId, Stroke, StrokeId, VOID, pixels_of};
 use crate::scene::Scene;
@@ -57,6 +56,8 @@ pub struct CrossValidation {
     pub(super) surface: Arc<Surface>,
     pub(super) classes: Vec<ClassId>,
     pub(super) strokes: BTreeMap<StrokeId, Arc<Stroke>>,
+    /// The nodes where each slipped over an edge, ascending.
+    pub(super) strays: BTreeMap<StrokeId, Vec<u32>>,
     pub(super) geodesics: ClassGeodesics,
     /// The classes of nodes by trusted label images.
     pub(super) imported: FxHashMap<u32, ClassId>,
@@ -222,13 +223,10 @@ impl CrossValidation {
                 }
             }
         }
-        let strays = self.strays(cancelled)?;
         for (&node, layers) in &of_node {
             // The stroke and its class, if it labels the node.
             let says = |(id, class): (StrokeId, ClassId)| {
-                let is_stray = strays
-                    .get(&id)
-                    .is_some_and(|nodes| nodes.binary_search(&node).is_ok());
+                let is_stray = (self.strays.get(&id)).is_some_and(|nodes| nodes.binary_search(&node).is_ok());
                 (class != VOID && !is_stray).then_some((id, class))
             };
             let class_by = |latest: Option<(StrokeId, ClassId)>| {
@@ -258,23 +256,6 @@ impl CrossValidation {
             }
         }
         Some(absences)
-    }
-
-    /// The nodes where each scribble slipped over an edge, ascending.
-    fn strays(&self, cancelled: &AtomicBool) -> Option<BTreeMap<StrokeId, Vec<u32>>> {
-        let mut all = BTreeMap::new();
-        for (&id, stroke) in &self.strokes {
-            if cancelled.load(Ordering::Relaxed) {
-                return None;
-            }
-            if let Some(frame) = self.scene.frames.get(stroke.frame) {
-                let own = strays(&self.surface, &frame.camera, stroke);
-                if !own.is_empty() {
-                    all.insert(id, own);
-                }
-            }
-        }
-        Some(all)
     }
 
     /// The two latest strokes of every painted pixel of each frame.

@@ -369,7 +369,7 @@ mod tests {
             unknown,
             import: None,
             whole: None,
-            painted,
+            painted: painted.into(),
         };
         FrameMap::on_surface((0, 9), shown)
     }

@@ -26,7 +26,7 @@ pub(super) struct OnSurface {
     /// Where the posterior is known only of the nodes that the frame shows: that of all nodes, as soon as it is known.
     pub(super) whole: Option<Arc<OnceLock<Arc<Posterior>>>>,
     /// Painted pixels and their labels, which they have for certain.
-    pub(super) painted: Vec<(u32, Label)>,
+    pub(super) painted: Arc<[(u32, Label)]>,
 }
 
 impl OnSurface {
@@ -137,7 +137,7 @@ impl OnSurface {
                 }
             }
         }
-        for (pixel, label) in &self.painted {
+        for (pixel, label) in &*self.painted {
             let is_shown = labels[*pixel as usize] == label.class;
             if let Some(object) = label.object.filter(|_| is_shown) {
                 pixels[*pixel as usize] = object.number();
@@ -171,7 +171,7 @@ impl OnSurface {
                 }
             }
         }
-        for &(pixel, label) in &self.painted {
+        for &(pixel, label) in &*self.painted {
             pixels[pixel as usize] = said(label.class);
         }
         // Hidden pixels are no part of the scene: they are void for certain.

@@ -2,6 +2,7 @@
 
 mod preview;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
@@ -17,7 +18,7 @@ use super::{
     Posterior, Surface, SurfaceImport,
 };
 use crate::labels::{ClassId, Label, LabelSet, Stroke, StrokeId, VOID, rasterise};
-use crate::scene::{Camera, Scene};
+use crate::scene::Scene;
 
 /// The labels of a scene on its surface, kept in step with the strokes.
 #[derive(Clone, Debug)]
@@ -29,18 +30,26 @@ pub struct LabelPropagation {
     posterior: Arc<Posterior>,
     classes: Vec<ClassId>,
     kinds: Kinds,
-    /// The strokes that `painted` was made from.
+    /// The strokes that `painted` was made from, and the nodes where each slipped over an edge, ascending.
     strokes: BTreeMap<StrokeId, Arc<Stroke>>,
-    /// Labelled pixels of each frame that has strokes.
-    painted: BTreeMap<usize, BTreeMap<u32, (ClassId, StrokeId)>>,
-    /// The nodes under them that labels spread from, by frame.
-    sources: BTreeMap<usize, Vec<(StrokeId, u32, ClassId)>>,
+    strays: BTreeMap<StrokeId, Vec<u32>>,
+    /// What strokes paint on each frame that has any.
+    painted: BTreeMap<usize, Paint>,
     /// The newest weights by the semantic prior: the classes that it was trained on, and positive weights
     /// `[nodes, classes]`. They are kept when the classes change, so that an undo restores the maps of before.
     prior: Option<(Vec<ClassId>, Arc<Vec<f32>>)>,
     /// The imported images, and the class weights that they give the nodes where they count as votes.
     import: Option<Arc<SurfaceImport>>,
     votes: Option<Arc<[f32]>>,
+}
+
+/// What strokes paint on a frame.
+#[derive(Clone, Debug)]
+struct Paint {
+    /// The painted pixels and what they say, ascending; shared with the maps.
+    pixels: Arc<[(u32, Label)]>,
+    /// The nodes under them that labels spread from, and the strokes that say so.
+    sources: Vec<(StrokeId, u32, Label)>,
 }
 
 impl LabelPropagation {
@@ -54,8 +63,8 @@ impl LabelPropagation {
             classes: Vec::new(),
             kinds: Kinds::default(),
             strokes: BTreeMap::new(),
+            strays: BTreeMap::new(),
             painted: BTreeMap::new(),
-            sources: BTreeMap::new(),
             prior: None,
             import: None,
             votes: None,
@@ -142,26 +151,20 @@ impl LabelPropagation {
     /// Spreads these labels in place of those before; returns the nodes whose classes then have to be updated, ascending,
     /// or `None` where all of them are already.
     fn spread(&mut self, scene: &Scene, labels: &LabelSet) -> Option<Vec<u32>> {
-        let changed = changed_frames(&self.strokes, &labels.strokes);
+        let kinds = Kinds::new(&labels.classes);
+        let is_other_kind = |stroke: &Stroke| {
+            stroke.object.is_some() && kinds.of(stroke.class).thing != self.kinds.of(stroke.class).thing
+        };
+        let mut changed = changed_frames(&self.strokes, &labels.strokes);
+        let of_other_kind = labels.strokes.values().filter(|stroke| is_other_kind(stroke));
+        changed.extend(of_other_kind.map(|stroke| stroke.frame));
+        self.strays
+            .retain(|id, _| self.strokes.get(id) == labels.strokes.get(id));
         self.strokes.clone_from(&labels.strokes);
+        self.kinds = kinds;
         for frame in changed {
-            let Some(own) = scene.frames.get(frame) else {
-                continue;
-            };
-            let mut pixels = rasterise(labels, frame, own.camera.width, own.camera.height);
-            for pixel in own.hidden_pixels() {
-                pixels.remove(&(pixel as u32));
-            }
-            if pixels.is_empty() {
-                self.painted.remove(&frame);
-                self.sources.remove(&frame);
-            } else {
-                self.sources
-                    .insert(frame, self.sources_of(&own.camera, frame, &pixels));
-                self.painted.insert(frame, pixels);
-            }
+            self.paint(scene, labels, frame);
         }
-        self.kinds = Kinds::new(&labels.classes);
         // In a fixed order, so that moving a class in the user's list changes nothing here.
         let mut classes: Vec<ClassId> = labels.classes.iter().map(|class| class.id).collect();
         classes.sort_unstable();
@@ -187,6 +190,47 @@ impl LabelPropagation {
             return None;
         }
         Some(self.changed(nearer, differs))
+    }
+
+    /// Paints the strokes of a frame anew.
+    fn paint(&mut self, scene: &Scene, labels: &LabelSet, frame: usize) {
+        let Some(own) = scene.frames.get(frame) else {
+            return;
+        };
+        for (id, stroke) in labels.strokes_of(frame) {
+            let strays = || strays(&self.surface, &own.camera, stroke);
+            self.strays.entry(id).or_insert_with(strays);
+        }
+        let mut pixels = rasterise(labels, frame, own.camera.width, own.camera.height);
+        let hidden = own.hidden_pixels();
+        pixels.retain(|&(pixel, _)| hidden.binary_search(&(pixel as usize)).is_err());
+        if pixels.is_empty() {
+            self.painted.remove(&frame);
+            return;
+        }
+        let indices: Vec<u32> = pixels.iter().map(|&(pixel, _)| pixel).collect();
+        let nodes = self.surface.nodes_at(frame, &indices);
+        let said = pixels.iter().map(|&(_, (_, stroke))| stroke).zip(nodes);
+        let mut sources: Vec<(StrokeId, u32)> =
+            said.filter_map(|(stroke, node)| Some((stroke, node?))).collect();
+        // Most pixels beside each other are of one voxel.
+        sources.dedup();
+        sources.sort_unstable();
+        sources.dedup();
+        let is_meant = |(stroke, node): &(StrokeId, u32)| self.strays[stroke].binary_search(node).is_err();
+        let sources = sources.into_iter().filter(is_meant);
+        let sources = sources.map(|(stroke, node)| (stroke, node, self.label(&self.strokes[&stroke])));
+        let paint = Paint {
+            sources: sources.filter(|(_, _, label)| label.class != VOID).collect(),
+            pixels: pixels
+                .chunk_by(|(_, a), (_, b)| a == b)
+                .flat_map(|run| {
+                    let label = self.label(&self.strokes[&run[0].1.1]);
+                    run.iter().map(move |&(pixel, _)| (pixel, label))
+                })
+                .collect(),
+        };
+        self.painted.insert(frame, paint);
     }
 
     /// Computes the classes of these nodes anew.
@@ -250,6 +294,19 @@ impl LabelPropagation {
         }
     }
 
+    /// The same as long as no semantic prior is known, as on a surface that has just been built.
+    pub(crate) fn without_prior(&self) -> Cow<'_, Self> {
+        if self.prior.is_none() {
+            return Cow::Borrowed(self);
+        }
+        let mut bare = Self {
+            prior: None,
+            ..self.clone()
+        };
+        bare.refresh();
+        Cow::Owned(bare)
+    }
+
     fn refresh(&mut self) {
         let posterior = Posterior::new(&self.evidence(), self.surface.graph.len());
         self.posterior = Arc::new(posterior);
@@ -311,12 +368,7 @@ impl LabelPropagation {
 
     /// What the map of a frame is looked up from.
     fn on_surface(&self, scene: &Arc<Scene>, frame: usize) -> OnSurface {
-        let painted = self.painted.get(&frame).into_iter().flatten();
-        let mut last = None;
-        let mut label = |said| match last {
-            Some((same, label)) if same == said => label,
-            _ => last.insert((said, self.label(said))).1,
-        };
+        let painted = self.painted.get(&frame);
         OnSurface {
             scene: Arc::clone(scene),
             surface: Arc::clone(&self.surface),
@@ -324,7 +376,7 @@ impl LabelPropagation {
             unknown: NodeSummary::unknown(self.classes.len()).entropy,
             import: self.import.clone(),
             whole: None,
-            painted: painted.map(|(&pixel, &said)| (pixel, label(said))).collect(),
+            painted: painted.map_or_else(Arc::default, |painted| Arc::clone(&painted.pixels)),
         }
     }
 
@@ -343,12 +395,11 @@ impl LabelPropagation {
 
     /// Nodes that any stroke lies on, void ones included.
     pub fn said(&self) -> Vec<u32> {
-        let mut nodes: Vec<u32> = self
-            .painted
-            .iter()
-            .flat_map(|(&frame, pixels)| self.nodes_of(frame, pixels))
-            .map(|(_, node)| node)
-            .collect();
+        let of_frame = |(&frame, painted): (&usize, &Paint)| {
+            let pixels: Vec<u32> = painted.pixels.iter().map(|&(pixel, _)| pixel).collect();
+            self.surface.nodes_at(frame, &pixels).into_iter().flatten()
+        };
+        let mut nodes: Vec<u32> = self.painted.iter().flat_map(of_frame).collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes
@@ -359,26 +410,10 @@ impl LabelPropagation {
         !self.geodesics.seeds().is_empty() || self.votes.is_some()
     }
 
-    /// Labelled pixels of classes that are trained on: (frame, pixel index, class).
-    pub fn labelled_pixels(&self) -> impl Iterator<Item = (usize, u32, ClassId)> + '_ {
-        self.painted.iter().flat_map(|(&frame, pixels)| {
-            pixels
-                .iter()
-                .filter(|(_, (class, _))| *class != VOID)
-                .map(move |(&pixel, &(class, _))| (frame, pixel, class))
-        })
-    }
-
-    /// The painted pixels of a frame with their nodes; pixels without a node are left out.
-    fn nodes_of<'a>(
-        &self,
-        frame: usize,
-        painted: &'a BTreeMap<u32, (ClassId, StrokeId)>,
-    ) -> Vec<(&'a (ClassId, StrokeId), u32)> {
-        let pixels: Vec<u32> = painted.keys().copied().collect();
-        let nodes = self.surface.nodes_at(frame, &pixels);
-        let all = painted.values().zip(nodes);
-        all.filter_map(|(what, node)| Some((what, node?))).collect()
+    /// The painted pixels of each frame that has any, with what they say.
+    pub(super) fn painted(&self) -> impl Iterator<Item = (usize, &[(u32, Label)])> {
+        let all = self.painted.iter();
+        all.map(|(&frame, painted)| (frame, &*painted.pixels))
     }
 
     /// A copy of the present labels, to check the strokes against each other in the background.
@@ -388,6 +423,7 @@ impl LabelPropagation {
             surface: Arc::clone(&self.surface),
             classes: self.classes.clone(),
             strokes: self.strokes.clone(),
+            strays: self.strays.clone(),
             geodesics: self.geodesics.clone(),
             labelled: self.evidence().likeness.map(|likeness| likeness.labelled.clone()),
             imported: self
@@ -400,53 +436,25 @@ impl LabelPropagation {
         }
     }
 
-    /// The nodes that labels spread from: those under the painted pixels of a frame, except void ones and those where
-    /// a scribble slipped over an edge.
-    fn sources_of(
-        &self,
-        camera: &Camera,
-        frame: usize,
-        painted: &BTreeMap<u32, (ClassId, StrokeId)>,
-    ) -> Vec<(StrokeId, u32, ClassId)> {
-        let nodes = self.nodes_of(frame, painted).into_iter();
-        let mut sources: Vec<(StrokeId, u32, ClassId)> = nodes
-            .map(|(&(class, stroke), node)| (stroke, node, class))
-            .filter(|&(_, _, class)| class != VOID)
-            .collect();
-        // Most pixels beside each other are of one voxel.
-        sources.dedup();
-        sources.sort_unstable();
-        sources.dedup();
-        let of_stroke = sources.chunk_by(|a, b| a.0 == b.0);
-        let kept = of_stroke.flat_map(|own| {
-            let stroke = self.strokes.get(&own[0].0);
-            let strays = stroke.map_or_else(Vec::new, |stroke| strays(&self.surface, camera, stroke));
-            let is_meant = move |node: u32| strays.binary_search(&node).is_err();
-            own.iter().filter(move |(_, node, _)| is_meant(*node))
-        });
-        kept.copied().collect()
-    }
-
-    /// What a stroke says that says this class.
-    fn label(&self, (class, stroke): (ClassId, StrokeId)) -> Label {
-        let object = self.strokes.get(&stroke).and_then(|stroke| stroke.object);
-        Label::new(class, object.filter(|_| self.kinds.of(class).thing))
+    /// What a stroke says.
+    fn label(&self, stroke: &Stroke) -> Label {
+        let object = stroke.object.filter(|_| self.kinds.of(stroke.class).thing);
+        Label::new(stroke.class, object)
     }
 
     /// The label of each labelled node: that of the latest stroke on it, or else that by trusted images. A stroke that says
     /// only the class leaves the object to them.
     fn seeds(&self) -> FxHashMap<u32, Label> {
-        let mut latest: FxHashMap<u32, (ClassId, StrokeId)> = FxHashMap::default();
-        for &(stroke, node, class) in self.sources.values().flatten() {
-            let entry = latest.entry(node).or_insert((class, stroke));
-            if stroke > entry.1 {
-                *entry = (class, stroke);
+        let mut latest: FxHashMap<u32, (StrokeId, Label)> = FxHashMap::default();
+        for &(stroke, node, label) in self.painted.values().flat_map(|painted| &painted.sources) {
+            let entry = latest.entry(node).or_insert((stroke, label));
+            if stroke > entry.0 {
+                *entry = (stroke, label);
             }
         }
         let imported = self.import.iter().flat_map(|import| import.seeds());
         let mut seeds: FxHashMap<u32, Label> = imported.collect();
-        for (node, said) in latest {
-            let label = self.label(said);
+        for (node, (_, label)) in latest {
             let imported = seeds.get(&node).filter(|imported| imported.class == label.class);
             let object = label.object.or(imported.and_then(|imported| imported.object));
             seeds.insert(node, Label { object, ..label });

@@ -1,11 +1,13 @@
 //! Training targets for the semantic field: random points of the surface, and rays of random pixels.
 
 use glam::Vec3;
-use rand::seq::{IndexedRandom, IteratorRandom};
+use rand::seq::IndexedRandom;
+use rand::seq::index::sample;
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 
 use super::{Evidence, LabelPropagation, RayTargets, SoftTargets, Surface};
 use crate::field::Ray;
+use crate::labels::Label;
 use crate::scene::Scene;
 
 impl SoftTargets {
@@ -103,7 +105,19 @@ impl LabelPropagation {
     pub fn labelled_rays(&self, scene: &Scene, count: usize, seed: u64) -> RayTargets {
         let mut rng = SmallRng::seed_from_u64(seed);
         let mut targets = RayTargets::default();
-        for (frame, pixel, class) in self.labelled_pixels().choose_multiple(&mut rng, count) {
+        let mut pixels = 0;
+        let painted: Vec<_> = self
+            .painted()
+            .map(|(frame, painted)| {
+                let first = pixels;
+                pixels += painted.len();
+                (first, frame, painted)
+            })
+            .collect();
+        for place in sample(&mut rng, pixels, count.min(pixels)) {
+            let own = painted.partition_point(|&(first, ..)| first <= place) - 1;
+            let (first, frame, painted) = painted[own];
+            let (pixel, Label { class, .. }) = painted[place - first];
             if !self.classes().contains(&class) {
                 continue;
             }

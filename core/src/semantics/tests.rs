@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3};
@@ -291,7 +292,7 @@ fn a_scribble_that_slips_over_an_edge_keeps_its_pixels_and_spreads_from_the_rest
     };
     // The border of the middle frame is at column 32.
     let (history, map) = scribbled(35);
-    let painted = rasterise(history.labels(), 2, 64, 48);
+    let painted: BTreeMap<_, _> = rasterise(history.labels(), 2, 64, 48).into_iter().collect();
     for (pixel, class) in truth(&scene, 2).into_iter().enumerate() {
         let said = painted.get(&(pixel as u32)).map(|&(class, _)| class);
         assert_eq!(map.labels()[pixel], said.unwrap_or(class), "pixel {pixel}");

@@ -33,7 +33,7 @@ fn naively(
     let camera = &scene.frames[stroke.frame].camera;
     let visible = rasterise(labels, stroke.frame, camera.width, camera.height);
     let own = visible.iter().filter(|(_, (_, top))| *top == id);
-    let own: Vec<u32> = own.map(|(&pixel, _)| pixel).collect();
+    let own: Vec<u32> = own.map(|&(pixel, _)| pixel).collect();
     let nodes = propagation.surface().nodes_at(stroke.frame, &own);
     let said = nodes.into_iter().flatten();
     let said = said.map(|node| anew.posterior().labels[node as usize]);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use super::LabelPropagation;
-use crate::labels::{ClassId, Pixel, Run, Stroke, VOID, pixels_of, runs_of_equal};
+use crate::labels::{ClassId, Pixel, Run, Stroke, VOID, contains, pixels_of, runs_of_equal};
 use crate::scene::Scene;
 use crate::semantics::on_surface::OnSurface;
 use crate::semantics::strays::strays;
@@ -95,12 +95,8 @@ impl LabelPropagation {
         }
 
         let mut seeds = self.geodesics.seeds().clone();
-        seeds.extend(
-            nodes
-                .into_iter()
-                .flatten()
-                .map(|node| (node, stroke.class.into())),
-        );
+        let label = self.label(stroke);
+        seeds.extend(nodes.into_iter().flatten().map(|node| (node, label)));
         let (mut likeness, mut geodesics) = (self.likeness.clone(), self.geodesics.clone());
         let nearer = geodesics.update(&self.surface.graph, seeds);
         let classes = (self.classes.as_slice(), &self.kinds);
@@ -119,39 +115,44 @@ impl LabelPropagation {
         let mut shown = self.on_surface(scene, stroke.frame);
         shown.posterior = Arc::new(posterior);
         shown.whole = Some(Arc::default());
-        shown
-            .painted
-            .extend(pixels.into_iter().map(|pixel| (pixel, stroke.class.into())));
+        let mut painted = shown.painted.to_vec();
+        painted.retain(|(pixel, _)| pixels.binary_search(pixel).is_err());
+        painted.extend(pixels.into_iter().map(|pixel| (pixel, label)));
+        shown.painted = painted.into();
         Some(shown)
     }
 }
 
 /// The part of what is won at one of its pixels, which is connected along rows and columns, without the nodes that reach
-/// beyond what is won.
+/// beyond what is won: where these divide it, the piece nearest to the pixel.
 fn part_at([x, y]: Pixel, won: &[Run], nodes: &NodeMap) -> Vec<Run> {
-    let is_at = |run: &Run| run.row == y && (run.first..=run.last).contains(&x);
-    if !won.iter().any(is_at) {
-        return Vec::new();
-    }
-    let open = within(won, nodes);
     let gap = |run: &Run| x.clamp(run.first, run.last).abs_diff(x).pow(2) + run.row.abs_diff(y).pow(2);
+    let own = won.iter().position(|run| gap(run) == 0);
+    let own = own.map_or_else(Vec::new, |own| connected(won, own));
+    let mut open = within(won, nodes);
+    open.retain(|run| contains(&own, [run.first, run.row]));
     let nearest = (0..open.len()).min_by_key(|&index| gap(&open[index]));
-    let mut reached: Vec<usize> = nearest.into_iter().collect();
-    let mut is_part = vec![false; open.len()];
+    nearest.map_or_else(Vec::new, |nearest| connected(&open, nearest))
+}
+
+/// Of these runs, by row and column, those that are connected with one of them along rows and columns.
+fn connected(runs: &[Run], with: usize) -> Vec<Run> {
+    let mut reached = vec![with];
+    let mut is_part = vec![false; runs.len()];
     while let Some(index) = reached.pop() {
         if std::mem::replace(&mut is_part[index], true) {
             continue;
         }
-        let Run { row, first, last } = open[index];
+        let Run { row, first, last } = runs[index];
         for row in [row.wrapping_sub(1), row + 1] {
-            let beside = open.partition_point(|run| (run.row, run.last) < (row, first));
-            let touching = open[beside..]
+            let beside = runs.partition_point(|run| (run.row, run.last) < (row, first));
+            let touching = runs[beside..]
                 .iter()
                 .take_while(|run| run.row == row && run.first <= last);
             reached.extend(beside..beside + touching.count());
         }
     }
-    let part = open.iter().zip(is_part).filter(|(_, is_part)| *is_part);
+    let part = runs.iter().zip(is_part).filter(|(_, is_part)| *is_part);
     part.map(|(run, _)| *run).collect()
 }
 
@@ -250,9 +251,6 @@ mod tests {
                 let runs = runs_of_equal(&won, 80).into_iter();
                 let won: Vec<Run> = runs.filter(|(won, _)| *won).map(|(_, run)| run).collect();
                 assert_eq!(preview.won, won, "{stroke:?}");
-                let part = part_at(stroke.first_point().unwrap(), &won, &preview.nodes);
-                let filled = preview.filled().map_or(0, |filled| filled.pixel_count(80, 60));
-                assert_eq!(filled, part.iter().map(Run::pixels).sum::<u64>());
                 sizes.push(preview.pixels());
             }
             assert!(sizes[..3].iter().all(|&pixels| pixels > 20), "{sizes:?}");
@@ -272,6 +270,11 @@ mod tests {
         assert_eq!(part([4, 1], &single), [all[0], all[1], all[3]]);
         assert_eq!(part([8, 1], &single), all[2..3]);
         assert!(part([7, 1], &single).is_empty());
+        // All of the part at the pixel is one voxel with what is beside it: nothing, and not the other part.
+        let one: Vec<u32> = (0..30)
+            .map(|pixel| if pixel % 10 > 6 { 0 } else { pixel })
+            .collect();
+        assert!(part([8, 1], &one).is_empty());
         // Two columns are a voxel in each row: on the left of the block and below it they reach beyond.
         let pairs: Vec<u32> = (0..30).map(|pixel| pixel / 2).collect();
         let whole = [run(0, 2, 5), run(1, 2, 5)];

@@ -63,7 +63,7 @@ impl Worker<'_> {
         if let Some(before) = self.propagation.as_ref().filter(is_alike)
             && self.trainer.steps() > self.surface_steps
         {
-            self.demand.surface_changed(before, &propagation);
+            self.demand.surface_changed(&before.without_prior(), &propagation);
         }
         self.surface_steps = self.trainer.steps();
         self.find_features();

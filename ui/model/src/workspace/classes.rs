@@ -101,8 +101,9 @@ impl Workspace {
         }
         let drawn = rasterise(labels, stroke.frame, camera.width, camera.height);
         let covered = pixels_of(stroke, camera.width, camera.height);
-        let mut strokes = covered.iter().filter_map(|pixel| drawn.get(pixel));
-        strokes.find_map(|(_, id)| locked.get(id).copied())
+        let at = |pixel| drawn.binary_search_by_key(pixel, |&(at, _)| at).ok();
+        let mut strokes = covered.iter().filter_map(at).map(|at| drawn[at].1.1);
+        strokes.find_map(|id| locked.get(&id).copied())
     }
 
     /// The name of the locked class or object whose strokes on the frame in view an eraser would have changed, if any.
