@@ -112,9 +112,7 @@ pub fn estimate(
         done: AtomicUsize::new(0),
         total: frames.len() * parts,
     };
-    let stride = stride(scene, &frames);
-    let strides = [4 * stride, 2 * stride, stride];
-    let [small, middle, large] = Level::read(scene, &frames, strides, &work)?;
+    let [small, middle, large] = Level::read(scene, &frames, [4, 2, 1], &work)?;
     let mut setup = Setup::assumed(&small.views, scene, &frames)?;
     let matched = small.matched(&setup, MATCHING[0], &work)?;
     setup.improve(&small, &matched, MARGINS[0]);
@@ -127,12 +125,12 @@ pub fn estimate(
     large.depth(&frames, &setup, matched, FILLING[1], &work)
 }
 
-/// Pixels of a frame for one that is matched, along each axis.
-fn stride(scene: &Scene, frames: &[usize]) -> u32 {
+/// Pixels of each frame for one that is matched, along each axis.
+fn strides(scene: &Scene, frames: &[usize]) -> Vec<u32> {
     let pixels = || frames.iter().map(|&frame| scene.frames[frame].camera.pixels());
-    let largest = pixels().max().unwrap_or(0) as f64 / MOST_PIXELS as f64;
     let all = pixels().sum::<usize>() as f64 / MOST_PIXELS_IN_ALL as f64;
-    2 * (largest.max(all).sqrt().ceil() as u32).max(1)
+    let own = pixels().map(|pixels| (pixels as f64 / MOST_PIXELS as f64).max(all));
+    own.map(|over| 2 * (over.sqrt().ceil() as u32).max(1)).collect()
 }
 
 /// How far the work is, in parts that all take about as long.

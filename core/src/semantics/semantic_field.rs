@@ -28,9 +28,9 @@ const FEATURES: Wanted = Wanted {
 /// Rays and points evaluated at a time.
 const RAYS: usize = 4096;
 const POINTS: usize = 16 * 1024;
-/// Samples of a piece, which one thread works on: candle shares tensors of 65,536 numbers and more among
-/// threads of its own, which spin while they wait and slow down a busy machine several times.
-const PIECE: usize = 65_536 / HIDDEN - 1;
+/// Numbers of a tensor from which candle shares it among threads of its own, which spin while they wait and slow down a
+/// busy machine several times.
+const SHARED: usize = 65_536;
 
 /// The parts of a semantic field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,7 +182,7 @@ impl SemanticField {
         let targets = [&soft.probabilities[..], &along.probabilities[..]].concat();
         let inputs = self.inputs(part, field, &places)?;
         let parts: Vec<PartialLoss> = places
-            .pieces(PIECE)
+            .pieces(self.piece())
             .into_par_iter()
             .map(|rows| self.loss(part, &places, &inputs, &targets, &weights, rows))
             .collect::<Result<_>>()?;
@@ -257,7 +257,7 @@ impl SemanticField {
     ) -> Result<()> {
         let inputs = self.inputs(part, field, places)?;
         let parts: Vec<Vec<f32>> = places
-            .pieces(PIECE)
+            .pieces(self.piece())
             .into_par_iter()
             .map(|rows| {
                 let (logits, _) = self.composited(places, &inputs, &rows)?;
@@ -266,6 +266,11 @@ impl SemanticField {
             .collect::<Result<_>>()?;
         probabilities.extend(parts.into_iter().flatten());
         Ok(())
+    }
+
+    /// Samples of a piece, which one thread works on.
+    fn piece(&self) -> usize {
+        (SHARED / HIDDEN.max(self.classes.len()) - 1).max(1)
     }
 
     /// What the networks up to this one see.

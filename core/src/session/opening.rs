@@ -50,27 +50,16 @@ pub(super) fn open(
     };
     let mut early = Vec::new();
     let failed = format!("{}: the scene could not be opened", options.source);
-    match meanwhile("inplace-open", &failed, commands, &mut early, read)? {
+    // It is about no labels, and told to stop when this ends.
+    let reading = Background::start("inplace-open", 1, 0, move |stopped| Some(read(stopped)));
+    match wait_for(&reading.answer, &failed, commands, &mut early)?.flatten() {
         Some(scene) => Ok(Some((Arc::new(scene?), early))),
         None => Ok(None),
     }
 }
 
-/// Does work on a thread of its own and keeps the commands that arrive in the meantime; `None` as soon as one of them
-/// says stop, which the work is told. Where there is no thread, or the work panics, the sentence `failed` is the error.
-pub(super) fn meanwhile<T: Send + 'static>(
-    name: &'static str,
-    failed: &str,
-    commands: &Receiver<Command>,
-    early: &mut Vec<Command>,
-    work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
-) -> Result<Option<T>, WorkerError> {
-    // It is about no labels, and told to stop when this ends.
-    let running = Background::start(name, 1, 0, move |stopped| Some(work(stopped)));
-    wait_for(&running.answer, failed, commands, early).map(Option::flatten)
-}
-
-/// Waits for the next answer of work that is under way, as [`meanwhile`] does.
+/// Waits for the next answer of work that is under way and keeps the commands that arrive in the meantime; `None` as soon
+/// as one of them says stop. Where there is no thread, or the work panics, the sentence `failed` is the error.
 pub(super) fn wait_for<T>(
     answers: &Receiver<T>,
     failed: &str,

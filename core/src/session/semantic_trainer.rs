@@ -37,6 +37,8 @@ pub(super) struct SemanticTrainer {
     /// Steps that the appearance and the residual need to follow the newest labels.
     appearance_due: u64,
     residual_due: u64,
+    /// Whether there are labels worth training on.
+    wanted: bool,
     /// Whether the labels have changed since anybody looked at the whole field.
     is_behind: bool,
     evaluation: Option<PriorEvaluation>,
@@ -49,14 +51,15 @@ impl SemanticTrainer {
             field: restored(saved, trainer),
             appearance_due: 0,
             residual_due: 0,
+            wanted: false,
             is_behind: true,
             evaluation: None,
         }
     }
 
-    /// The semantic field, once it has had a step.
+    /// The semantic field, once it has had a step; `None` while there are no labels for it to show.
     pub(super) fn field(&self) -> Option<&SemanticField> {
-        self.field.as_ref()
+        self.field.as_ref().filter(|_| self.wanted)
     }
 
     /// There are new labels to follow, or none worth training on (`wanted` is false).
@@ -64,6 +67,7 @@ impl SemanticTrainer {
         let due = |is_read: bool| if wanted && is_read { STEPS_PER_CHANGE } else { 0 };
         self.appearance_due = due(readers.maps || readers.views);
         self.residual_due = due(readers.views);
+        self.wanted = wanted;
         self.is_behind = !readers.views;
     }
 

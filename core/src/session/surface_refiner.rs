@@ -54,7 +54,7 @@ pub struct SurfaceRefiner {
     /// What a pretrained network sees in the images, once that is known.
     features: Option<Arc<ImageFeatures>>,
     /// Those of the images, whatever surface they are seen with.
-    superpixels: Arc<Superpixels>,
+    pub(super) superpixels: Arc<Superpixels>,
     /// Seconds that the newest refinement took, rendering and building.
     seconds: Option<f64>,
 }
@@ -227,11 +227,10 @@ impl SurfaceRefiner {
                 .relative_depth_error
                 .is_none_or(|error| error <= MOST_DEPTH_ERROR)
         };
-        let knows_more = match self.scene.has_depth() {
-            true => trainer.error().is_some_and(is_good),
-            false => trainer.steps() >= self.least_steps,
-        };
-        knows_more || trainer.settled()
+        match self.scene.has_depth() {
+            true => trainer.error().map_or(trainer.settled(), is_good),
+            false => trainer.steps() >= self.least_steps || trainer.settled(),
+        }
     }
 
     fn start(&mut self) {

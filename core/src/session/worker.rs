@@ -94,7 +94,8 @@ impl<'a> Worker<'a> {
     ) -> Result<Self, WorkerError> {
         let mut trainer = Trainer::new(Arc::clone(&scene), options.preset, options.seed)?;
         let (mut saved, mut is_final) = (HashMap::new(), false);
-        if let Some(state) = &options.state {
+        // A model without a step knows nothing.
+        if let Some(state) = options.state.as_ref().filter(|state| state.model.steps > 0) {
             let restored = state.model.load().and_then(|tensors| {
                 trainer.restore(&tensors, state.model.steps)?;
                 Ok(tensors)
@@ -172,7 +173,10 @@ impl<'a> Worker<'a> {
         self.estimation = None;
         self.trainer = Trainer::new(Arc::clone(&scene), self.options.preset, self.options.seed)?;
         let threads = self.options.threads.max(1);
+        let superpixels = Arc::clone(&self.refiner.superpixels);
         self.refiner = SurfaceRefiner::beginning_with(depth, &scene, &self.trainer, 1.0, threads);
+        // The images are the same.
+        self.refiner.superpixels = superpixels;
         if self.settling {
             self.refiner.finish(&self.trainer);
         }

@@ -9,7 +9,7 @@ use super::filling::{self, Seed, fill};
 use super::selection::{CHECKED, MATCHED};
 use super::sweep;
 use super::view::{View, Warp};
-use super::{StereoDepth, StereoError, Work};
+use super::{StereoDepth, StereoError, Work, strides};
 use crate::scene::Scene;
 
 /// How far apart hypotheses are in the median view that is matched with, in pixels, and how many there may be. The
@@ -53,24 +53,25 @@ struct Workspace {
 }
 
 impl Level {
-    /// The frames at 1/`stride` of their resolution, for each stride.
+    /// The frames at the resolution that is matched, and reduced by these factors.
     ///
     /// # Errors
     /// A file that can no longer be read, or a caller that wants no more.
     pub fn read<const N: usize>(
         scene: &Scene,
         frames: &[usize],
-        strides: [u32; N],
+        factors: [u32; N],
         work: &Work,
     ) -> Result<[Self; N], StereoError> {
-        let views = |&frame: &usize| {
+        let views = |(&frame, stride): (&usize, u32)| {
             work.advance(0)?;
             let frame = &scene.frames[frame];
             let pixels = frame.pixels()?;
-            Ok(strides.map(|stride| View::new(frame, &pixels.color, stride)))
+            Ok(factors.map(|factor| View::new(frame, &pixels.color, factor * stride)))
         };
         let read = frames
             .par_iter()
+            .zip(strides(scene, frames))
             .map(views)
             .collect::<Result<Vec<_>, StereoError>>()?;
         let mut levels = [(); N].map(|()| Self {

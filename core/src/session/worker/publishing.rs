@@ -95,7 +95,9 @@ impl Worker<'_> {
 
     /// Has places suggested once all maps follow the labels, and reports them.
     pub(super) fn suggest(&mut self) {
-        let is_due = self.suggestions_wanted && self.suggestions_due;
+        // What an evaluation is about to change, is not searched.
+        let stands = self.paused || !self.semantics.is_evaluating();
+        let is_due = self.suggestions_wanted && self.suggestions_due && stands;
         if let Some(propagation) = self.propagation.as_ref().filter(|_| is_due) {
             self.suggestions_due = false;
             let (scene, propagation) = (Arc::clone(&self.scene), propagation.clone());
