@@ -18,7 +18,7 @@ use candle_core::{CpuStorage, Layout, Result, bail};
 
 pub use crate::lanes::{Dispatch, F32x16, LANES};
 pub use adam::Adam;
-pub use composite::RayPacking;
+pub use composite::{EXTRA, RayPacking};
 pub use encode::encode;
 pub use fused::{Buffers, Evaluated, Parameters, VALUE_CHANNELS, Wanted, evaluate, render};
 pub use network::{

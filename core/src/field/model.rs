@@ -57,7 +57,6 @@ impl RadianceField {
         let shape = NetworkShape {
             features: grid.features(),
             hidden: capacity.hidden,
-            color_hidden: capacity.hidden,
         };
         let table: Vec<f32> = (0..2 * grid.rows())
             .map(|_| rng.random_range(-1e-4..1e-4))

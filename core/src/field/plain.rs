@@ -7,6 +7,7 @@ use candle_core::{DType, Device, Result, Tensor, bail};
 use rayon::prelude::*;
 
 use super::encoding::{FEATURES_PER_LEVEL, GridShape};
+use super::kernels::EXTRA;
 use super::kernels::{
     DIRECTION_FEATURES, Evaluated, GEOMETRY_FEATURES, INITIAL_LOG_DENSITY, LOG_DENSITY_RANGE, NetworkShape,
     Parameters, RayPacking, VALUE_CHANNELS, Wanted,
@@ -15,8 +16,6 @@ use super::rays::Samples;
 
 /// Samples evaluated at a time: the corners of the grid take about 1.5 KB each.
 const PORTION: usize = 32 * 1024;
-/// Channels after the composited values: ray length, opacity, distortion.
-const EXTRA: usize = 3;
 /// Corners of a grid cell.
 const CORNERS: usize = 8;
 

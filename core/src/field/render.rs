@@ -1,4 +1,4 @@
-//! Rendering of the field: colour, depth and opacity of rays.
+//! Rendering of the field: colour and depth of rays.
 
 use candle_core::Result;
 use glam::{Affine3A, Vec3};
@@ -15,8 +15,6 @@ const CHUNK: usize = 1024;
 pub struct RenderedRay {
     /// Colour composited over black, each channel in 0..=1 (Eq. 1).
     pub color: Vec3,
-    /// Share of the light that is stopped, 0..=1.
-    pub opacity: f32,
     /// Ray length at which half of the light is stopped, in metres; `None` where less than half is.
     pub length: Option<f32>,
 }
@@ -74,14 +72,15 @@ pub fn render_rays(
 fn composite(samples: &Samples, ray: usize, density: &[f32], color: &[f32]) -> RenderedRay {
     let packing = &samples.packing;
     let mut out = RenderedRay::default();
+    let mut stopped = 0.0;
     for (i, weight) in packing.range(ray).zip(packing.weights(ray, density)) {
-        if out.length.is_none() && out.opacity + weight >= 0.5 {
+        if out.length.is_none() && stopped + weight >= 0.5 {
             // Within the interval the light that is left falls off exponentially.
-            let left = 1.0 - out.opacity;
+            let left = 1.0 - stopped;
             let share = (left / 0.5).ln() / (density[i] * packing.dt[i]).max(1e-6);
             out.length = Some(packing.t[i] + (share.clamp(0.0, 1.0) - 0.5) * packing.dt[i]);
         }
-        out.opacity += weight;
+        stopped += weight;
         if let Some(own) = color.get(3 * i..3 * i + 3) {
             out.color += weight * Vec3::new(own[0], own[1], own[2]);
         }

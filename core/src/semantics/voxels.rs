@@ -8,7 +8,7 @@ use glam::{IVec3, Vec3, Vec3A};
 use rustc_hash::FxHashMap;
 
 use super::graph::{Node, SurfaceGraph, cube};
-use super::windows::window;
+use super::windows::dilated;
 use super::{FieldDepth, NO_NODE, NodeMap, pixel_length};
 use crate::scene::{Cache, Camera, Frame, Pixels};
 
@@ -235,16 +235,16 @@ impl VoxelNodes {
         let color = &points.pixels.color;
         let lengths = points.lengths.iter().enumerate();
         // Pixels outside the image get no node in the end.
-        let unknown: Vec<bool> = lengths
-            .map(|(point, length)| length.is_nan() && color.is_valid(points.pixel(point)))
+        let known: Vec<bool> = lengths
+            .map(|(point, length)| !length.is_nan() || !color.is_valid(points.pixel(point)))
             .collect();
         let narrow = NARROW.div_ceil(points.step) as usize;
-        let wide = eroded(&unknown, points.grid.width as usize, narrow);
-        if !wide.contains(&true) {
+        let near = dilated(&known, points.grid.width as usize, narrow, |a, b| a | b);
+        if !near.contains(&false) {
             return;
         }
         let surface = FieldDepth::of_surface(frame, nodes, self.voxels.side_of(true), STRIDE);
-        for point in (0..own.len()).filter(|&point| wide[point]) {
+        for point in (0..own.len()).filter(|&point| !near[point]) {
             let length = surface.at(frame, color, points.pixel(point));
             if let Some((cell, place)) = self.voxels.cell_at(points, point, length) {
                 own[point] = self.node_of(cell, place, nodes).0;
@@ -307,19 +307,6 @@ impl OtherFrames {
         self.made.put(number, made.size(), Arc::clone(&made));
         Some(made)
     }
-}
-
-/// The pixels whose whole window, `reach` pixels to each side along both axes, is set; what lies outside counts as set.
-fn eroded(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
-    let height = mask.len() / width.max(1);
-    let mut along_rows = vec![false; mask.len()];
-    for (pixel, set) in along_rows.iter_mut().enumerate() {
-        let start = pixel / width * width;
-        *set = window(pixel % width, width, reach).all(|column| mask[start + column]);
-    }
-    (0..mask.len())
-        .map(|pixel| window(pixel / width, height, reach).all(|row| along_rows[row * width + pixel % width]))
-        .collect()
 }
 
 /// Gives points without a node that of the nearest point in the image; differences in colour count as distance.

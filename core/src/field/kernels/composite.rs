@@ -49,7 +49,7 @@ impl RayPacking {
 }
 
 /// Channels after the composited values: ray length, opacity, distortion.
-pub(super) const EXTRA: usize = 3;
+pub const EXTRA: usize = 3;
 
 /// Where the samples of one ray lie.
 #[derive(Clone, Copy)]

@@ -24,10 +24,8 @@ const COLOR_IN: usize = GEOMETRY_FEATURES + DIRECTION_FEATURES;
 pub struct NetworkShape {
     /// Width of the encoding.
     pub features: usize,
-    /// Hidden units of the geometry network.
+    /// Hidden units of each network.
     pub hidden: usize,
-    /// Hidden units of the colour network.
-    pub color_hidden: usize,
 }
 
 impl NetworkShape {
@@ -36,8 +34,8 @@ impl NetworkShape {
         [
             (self.features, self.hidden),
             (self.hidden, OUT),
-            (COLOR_IN, self.color_hidden),
-            (self.color_hidden, 3),
+            (COLOR_IN, self.hidden),
+            (self.hidden, 3),
         ]
     }
 
@@ -94,8 +92,7 @@ impl Activations {
         self.out.resize(groups * OUT, F32x16::ZERO);
         self.density.resize(groups, F32x16::ZERO);
         self.color_in.resize(groups * COLOR_IN, F32x16::ZERO);
-        self.color_hidden
-            .resize(groups * shape.color_hidden, F32x16::ZERO);
+        self.color_hidden.resize(groups * shape.hidden, F32x16::ZERO);
         self.color.resize(groups * 3, F32x16::ZERO);
     }
 
@@ -171,8 +168,8 @@ fn forward_on<U: VectorUnit>(
         if with_color {
             let color_in = &mut activations.color_in[group * COLOR_IN..(group + 1) * COLOR_IN];
             color_in[..GEOMETRY_FEATURES].copy_from_slice(&out[1..]);
-            let start = group * shape.color_hidden;
-            let color_hidden = &mut activations.color_hidden[start..start + shape.color_hidden];
+            let start = group * shape.hidden;
+            let color_hidden = &mut activations.color_hidden[start..start + shape.hidden];
             linear(unit, third, color_in, color_hidden, true);
             let color = &mut activations.color[group * 3..(group + 1) * 3];
             linear(unit, fourth, color_hidden, color, false);
@@ -199,9 +196,7 @@ fn backward_on<U: VectorUnit>(
     let groups = by_density.len();
     let [first, second, third, fourth] = shape.split(transposed);
     gradients.color_out.resize(groups * 3, F32x16::ZERO);
-    gradients
-        .color_hidden
-        .resize(groups * shape.color_hidden, F32x16::ZERO);
+    gradients.color_hidden.resize(groups * shape.hidden, F32x16::ZERO);
     gradients.out.resize(groups * OUT, F32x16::ZERO);
     gradients.hidden.resize(groups * shape.hidden, F32x16::ZERO);
     gradients.weights.resize(shape.weights(), 0.0);
@@ -213,7 +208,7 @@ fn backward_on<U: VectorUnit>(
             let by_color = unit.load(&by_color[group * 3 + channel]);
             unit.store(unit.mul_f32s(slope, by_color), &mut color_out[channel]);
         }
-        let range = group * shape.color_hidden..(group + 1) * shape.color_hidden;
+        let range = group * shape.hidden..(group + 1) * shape.hidden;
         let color_hidden = &mut gradients.color_hidden[range.clone()];
         linear(unit, fourth, color_out, color_hidden, false);
         gate(unit, color_hidden, &activations.color_hidden[range]);
