@@ -20,6 +20,8 @@ mod rows;
 mod schema;
 mod writer;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -66,7 +68,30 @@ pub struct Project {
     is_writable: bool,
 }
 
+/// What every SQLite file begins with.
+const SQLITE: &[u8] = b"SQLite format 3\0";
+
 impl Project {
+    /// Whether a file looks like a project, by its name or by how it begins: a damaged one may have a backup.
+    ///
+    /// # Errors
+    /// There is no such file, it cannot be read, or it is another one.
+    pub fn recognise(path: &Path) -> Result<(), ProjectError> {
+        if !path.exists() {
+            return Err(ProjectError::Missing(path.to_path_buf()));
+        }
+        if path.extension().is_some_and(|extension| extension == "inplace") {
+            return Ok(());
+        }
+        let mut start = Vec::new();
+        let read = File::open(path).and_then(|file| file.take(SQLITE.len() as u64).read_to_end(&mut start));
+        match read {
+            Err(error) => Err(ProjectError::Unreadable(path.to_path_buf(), error.to_string())),
+            Ok(_) if start != SQLITE => Err(ProjectError::NotAProject(path.to_path_buf())),
+            Ok(_) => Ok(()),
+        }
+    }
+
     /// Writes a new project file and opens it. A file that is there is replaced as a whole, or not at all.
     ///
     /// # Errors

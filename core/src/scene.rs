@@ -222,6 +222,17 @@ impl Scene {
         })
     }
 
+    /// Whether a folder looks like a scene.
+    ///
+    /// # Errors
+    /// Those of [`Scene::open`] for a folder that does not.
+    pub fn recognise(folder: &Path) -> Result<(), SceneError> {
+        if !folder.is_dir() {
+            return Err(SceneError::Missing(folder.to_path_buf()));
+        }
+        formats::recognised(folder).map(drop)
+    }
+
     /// As [`Scene::open`]. `listed` is called once, before images are decoded, with the scene as its files promise it:
     /// with the names, cameras and poses of its frames, whose pixels are decoded when they are wanted, once for both
     /// scenes where all of them stay in memory. The opened scene lacks the frames whose images turn out to be unusable,
@@ -241,9 +252,7 @@ impl Scene {
                 progress(done, total);
             }),
             SceneSource::Folder(folder) => {
-                if !folder.is_dir() {
-                    return Err(SceneError::Missing(folder.clone()));
-                }
+                Self::recognise(folder)?;
                 formats::read(folder, options, listed, progress)?
             }
         };

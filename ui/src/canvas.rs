@@ -24,12 +24,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use egui::{Align2, CursorIcon, Event, Key, Pos2, Rect, Role, Sense, Ui, WidgetInfo, vec2};
-use inplace_core::labels::Pixel;
+use inplace_core::labels::{Pixel, VOID};
 use inplace_model::layer::{Layer, Look};
 use inplace_model::palette::Palette;
 use inplace_model::settings::Settings;
 use inplace_model::text::counted;
-use inplace_model::tool::{Tool, stepped_brush};
+use inplace_model::tool::{DrawnLine, Tool, stepped_brush};
 use inplace_model::versioned::Versioned;
 use inplace_model::view::View;
 use inplace_model::workspace::Workspace;
@@ -173,9 +173,10 @@ impl Canvas {
         }
         // Enter presses the control that has the keyboard, if one has.
         let focused = ctx.egui_wants_keyboard_input();
+        let on = (workspace, model.settings.brush);
         ctx.input_mut(|input| {
             input.events.retain(|event| match keys::pressed(event) {
-                Some((modifiers, key)) => !self.take_key(key, modifiers, focused, workspace, commands),
+                Some((modifiers, key)) => !self.take_key(key, modifiers, focused, on, commands),
                 None => true,
             });
         });
@@ -187,7 +188,7 @@ impl Canvas {
         key: Key,
         modifiers: egui::Modifiers,
         focused: bool,
-        workspace: &Workspace,
+        (workspace, brush): (&Workspace, u32),
         commands: &mut Commands,
     ) -> bool {
         let drafted = self.gesture.draft().is_some();
@@ -197,7 +198,9 @@ impl Canvas {
             Key::Escape if self.gesture.is_drawing() && !answers => self.gesture.cancel(),
             Key::Escape if workspace.selected.is_some() => commands.push(Command::SelectStroke(None)),
             Key::Enter if drafted && !focused && !answers => {
+                let draft = self.gesture.draft().cloned();
                 if let Some(line) = self.gesture.finish() {
+                    keep_refused((&mut self.gesture, draft), &line, workspace, brush);
                     commands.push(Command::Draw(line));
                 }
             }
@@ -428,9 +431,16 @@ impl Canvas {
                 // Takes the keyboard from whatever has it.
                 ui.memory_mut(egui::Memory::stop_text_input);
             }
+            let draft = self.gesture.draft().cloned();
             match self.gesture.follow(event, view, around, reachable) {
-                Some(Outcome::Finished(line)) => commands.push(Command::Draw(line)),
-                Some(Outcome::FinishedObject(line)) => commands.push(Command::DrawObject(line)),
+                Some(Outcome::Finished(line)) => {
+                    keep_refused((&mut self.gesture, draft), &line, workspace, brush);
+                    commands.push(Command::Draw(line));
+                }
+                Some(Outcome::FinishedObject(line)) => {
+                    keep_refused((&mut self.gesture, draft), &line, workspace, brush);
+                    commands.push(Command::DrawObject(line));
+                }
                 Some(Outcome::Moved(moved)) => view = moved,
                 Some(Outcome::Picked(position)) => {
                     let zoom = around.placement(view).zoom;
@@ -556,6 +566,23 @@ fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
     let id = ui.scope_id().with("draft");
     let response = ui.interact(Rect::from_center_size(place, vec2(1.0, 1.0)), id, Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+}
+
+/// What a lock is about to refuse stays the draft that it was, so that its corners are not lost.
+fn keep_refused(
+    (gesture, draft): (&mut Gesture, Option<Draft>),
+    line: &DrawnLine,
+    workspace: &Workspace,
+    brush: u32,
+) {
+    let class = workspace.class.unwrap_or(VOID);
+    let is_refused = || {
+        let stroke = line.clone().into_stroke(workspace.frame_index, class, brush);
+        workspace.lock_on(&stroke).is_some()
+    };
+    if draft.is_some() && is_refused() {
+        gesture.swap_draft(draft);
+    }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use egui::{Pos2, Rect, Slider, Ui};
 use inplace_core::labels::Trust;
 use inplace_core::scene::SceneSource;
-use inplace_model::dialogs::{ClassUse, Dialog, MovedScene, Purpose};
+use inplace_model::dialogs::{ClassUse, Dialog, MovedScene, Purpose, typed_path};
 use inplace_model::opening::Target;
 use inplace_model::{Command, Commands, Model};
 
@@ -119,7 +119,9 @@ fn modal(ctx: &egui::Context, dialog: &mut Dialog, model: &Model, commands: &mut
             Dialog::Moved(scene) => moved(ui, scene, commands),
         }
     });
-    if modal.should_close() {
+    // What waits for its class is not given up by a click beside the question.
+    let waits = matches!(dialog, Dialog::FirstClass { .. }) && modal.backdrop_response.clicked();
+    if modal.should_close() && !waits {
         commands.push(Command::Show(None));
     }
 }
@@ -136,7 +138,7 @@ fn open(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
     });
     let path = path.trim();
     confirm(ui, "Open", !path.is_empty(), entered, commands, || {
-        Command::Open(Target::Path(PathBuf::from(path)))
+        Command::Open(Target::Path(typed_path(path)))
     });
 }
 
@@ -180,7 +182,7 @@ fn replace(ui: &mut Ui, path: &Path, commands: &mut Commands) {
 
 /// The file at a path, whose name gets this extension where it ends otherwise: "room 1.2" has none.
 fn with_extension(path: &str, extension: &str) -> PathBuf {
-    let mut file = PathBuf::from(path);
+    let mut file = typed_path(path);
     let own = file.extension();
     if !own.is_some_and(|own| own.eq_ignore_ascii_case(extension))
         && let Some(name) = file.file_name()
@@ -252,7 +254,7 @@ fn import(ui: &mut Ui, path: &mut String, trust: &mut Trust, commands: &mut Comm
     ui.label(meaning(*trust));
     let path = path.trim();
     confirm(ui, "Import", !path.is_empty(), entered, commands, || {
-        Command::ImportFrom(PathBuf::from(path), *trust)
+        Command::ImportFrom(typed_path(path), *trust)
     });
 }
 
@@ -263,7 +265,7 @@ fn compare(ui: &mut Ui, path: &mut String, commands: &mut Commands) {
     browse(ui, "Browse...", Purpose::Compare, commands);
     let path = path.trim();
     confirm(ui, "Compare", !path.is_empty(), entered, commands, || {
-        Command::CompareWith(PathBuf::from(path))
+        Command::CompareWith(typed_path(path))
     });
 }
 
@@ -294,7 +296,7 @@ fn moved(ui: &mut Ui, moved: &mut MovedScene, commands: &mut Commands) {
     confirm(ui, "Open from there", !path.is_empty(), entered, commands, || {
         Command::Open(Target::Moved {
             project: moved.project.clone(),
-            folder: PathBuf::from(path),
+            folder: typed_path(&path),
         })
     });
 }

@@ -24,7 +24,7 @@ pub(super) struct Format {
 }
 
 /// All formats; the first that recognises a folder reads it.
-const FORMATS: [Format; 6] = [
+static FORMATS: [Format; 6] = [
     replica::FORMAT,
     colmap::FORMAT,
     transforms::FORMAT,
@@ -40,6 +40,27 @@ pub(super) fn pose_file(format: &str) -> &'static str {
     known.map_or("the capture", |known| known.poses)
 }
 
+/// The formats that recognise a folder, at least one.
+///
+/// # Errors
+/// None does.
+pub(super) fn recognised(folder: &Path) -> Result<Vec<&'static Format>, SceneError> {
+    let recognised: Vec<_> = FORMATS
+        .iter()
+        .filter(|format| (format.recognise)(folder))
+        .collect();
+    if recognised.is_empty() {
+        // Of a folder that cannot be listed this is the error.
+        paths_in(folder)?;
+        let expected = FORMATS
+            .iter()
+            .map(|format| format!("{} ({})", format.expected, format.name));
+        let expected = expected.collect::<Vec<_>>().join(", or ");
+        return Err(SceneError::Unrecognised(folder.to_path_buf(), expected));
+    }
+    Ok(recognised)
+}
+
 /// Reads a folder in the first format that recognises it; a note says which others would have. `listed` gets the scene
 /// before its images are read, `read` is [`Progress::read`].
 pub(super) fn read(
@@ -48,14 +69,8 @@ pub(super) fn read(
     listed: &(dyn Fn(Scene) + Sync),
     read: &(dyn Fn(usize, usize) -> bool + Sync),
 ) -> Result<Scene, SceneError> {
-    let mut recognised = FORMATS.iter().filter(|format| (format.recognise)(folder));
-    let Some(format) = recognised.next() else {
-        // Of a folder that cannot be listed this is the error.
-        paths_in(folder)?;
-        let expected = FORMATS.map(|format| format!("{} ({})", format.expected, format.name));
-        let expected = expected.join(", or ");
-        return Err(SceneError::Unrecognised(folder.to_path_buf(), expected));
-    };
+    let recognised = recognised(folder)?;
+    let format = recognised[0];
     let source = SceneSource::Folder(folder.to_path_buf());
     let listed = |frames| listed(Scene::new(source.clone(), format.name, frames));
     let progress = Progress {
@@ -64,7 +79,7 @@ pub(super) fn read(
     };
     let mut scene = (format.read)(folder, options, progress)?;
     images::note_hidden(&scene.frames, &mut scene.notes);
-    let others: Vec<&str> = recognised.map(|format| format.name).collect();
+    let others: Vec<&str> = recognised[1..].iter().map(|format| format.name).collect();
     if !others.is_empty() {
         let others = others.join(" and ");
         scene

@@ -25,6 +25,8 @@ use crate::workspace::Chosen;
 pub enum Command {
     /// Opens a capture or a project.
     Open(Target),
+    /// Takes a file or a folder that was dropped onto the window.
+    Dropped(PathBuf),
     /// Saves to the project file; asks where if there is none yet.
     Save,
     /// Saves to another project file.

@@ -3,7 +3,7 @@
 mod add_classes;
 mod finder;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use inplace_core::export::{Format, IdMap, Options};
 use inplace_core::labels::{ClassPalette, Stroke, Trust};
@@ -64,6 +64,8 @@ pub enum Dialog {
         name: String,
         /// The stroke, without its class.
         waiting: Stroke,
+        /// Whether it is on a new object.
+        new_object: bool,
     },
     /// Adds classes of a data set or a file.
     AddClasses(Box<AddClasses>),
@@ -95,6 +97,20 @@ impl Dialog {
         })
     }
 
+    /// What it asks a path for, if it has a field for one; to open something, there are two ways.
+    pub const fn purpose(&self) -> Option<Purpose> {
+        match self {
+            Self::SaveAs(_) => Some(Purpose::SaveAs),
+            Self::Export(_) => Some(Purpose::Export),
+            Self::Import { .. } => Some(Purpose::Import),
+            Self::Compare(_) => Some(Purpose::Compare),
+            Self::AddClasses(_) => Some(Purpose::Classes),
+            Self::SaveClasses(_) => Some(Purpose::SaveClasses),
+            Self::Moved(_) => Some(Purpose::Moved),
+            _ => None,
+        }
+    }
+
     /// Asks for a folder of label images.
     pub const fn import() -> Self {
         Self::Import {
@@ -117,10 +133,17 @@ pub struct ExportChoice {
     pub least_percent: Option<u8>,
 }
 
+/// The path that a person typed, who may write `~` for their own folder.
+pub fn typed_path(text: &str) -> PathBuf {
+    let path = Path::new(text.trim());
+    let home = path.strip_prefix("~").ok().zip(std::env::home_dir());
+    home.map_or_else(|| path.to_path_buf(), |(rest, home)| home.join(rest))
+}
+
 impl ExportChoice {
     /// The folder.
     pub fn folder(&self) -> PathBuf {
-        PathBuf::from(self.path.trim())
+        typed_path(&self.path)
     }
 
     /// What is exported of each map.
@@ -168,4 +191,23 @@ pub struct ChosenKey {
     pub default: Shortcut,
     /// What was pressed, where it cannot simply be taken: the window needs it, or it does something else.
     pub pressed: Option<Shortcut>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_typed_tilde_stands_for_the_home_folder() {
+        let home = std::env::home_dir().unwrap();
+        let typed = [
+            (" ~/labels ", home.join("labels")),
+            ("~", home),
+            ("a/~/b", PathBuf::from("a/~/b")),
+            ("~other", PathBuf::from("~other")),
+        ];
+        for (text, path) in typed {
+            assert_eq!(typed_path(text), path, "{text}");
+        }
+    }
 }

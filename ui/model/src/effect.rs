@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use inplace_core::session::{self, SessionOptions};
+use inplace_core::session::{self, Session, SessionOptions};
 
 use crate::dialogs::Purpose;
 use crate::jobs::Job;
@@ -19,7 +19,7 @@ pub enum Effect {
     /// Asks the session's worker to do something.
     Session(session::Command),
     /// Ends a project session.
-    CloseProject(Box<ProjectSession>),
+    CloseProject(Box<ProjectSession>, Option<Session>),
     /// Runs a job on a thread.
     Start(Job),
     /// Asks for a path with the system's dialog.

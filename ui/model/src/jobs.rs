@@ -12,7 +12,7 @@ use inplace_core::scene::{Scene, SceneSource};
 use crate::comparison::{Counted, OtherLabels};
 use crate::dialogs::Purpose;
 use crate::exporting::ExportProgress;
-use crate::opening::{Attached, Prepared, Refusal};
+use crate::opening::{Attached, Prepared, Refusal, Target};
 use crate::overview::Summarised;
 use crate::project_session::{Ending, ProjectSession};
 use crate::versioned::Version;
@@ -37,6 +37,8 @@ pub(crate) type Work = dyn FnOnce(&JobTools, &(dyn Fn(Done) + Sync)) -> Done + S
 pub enum Done {
     /// The system's dialog was answered; `None` = cancelled, or there is no such dialog here.
     Picked(Purpose, Option<PathBuf>),
+    /// This is something to open, as far as can be told at once; or else a sentence.
+    LookedAt(Result<Target, String>),
     /// What is kept about a scene was found; the number tells attempts apart.
     Prepared(u64, Box<Result<Prepared, Refusal>>),
     /// A scene was fitted to what is kept about it; or it is not the scene of its project.

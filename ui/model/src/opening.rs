@@ -39,6 +39,23 @@ pub enum Target {
 }
 
 impl Target {
+    /// Why it is certainly nothing to open, a sentence; touches the disk.
+    pub(crate) fn problem(&self) -> Option<String> {
+        let file = |path: &Path| Project::recognise(path).err().map(|error| error.to_string());
+        let scene = |source: &SceneSource| match source {
+            SceneSource::Demo => None,
+            SceneSource::Folder(path) => Scene::recognise(path).err().map(|error| error.to_string()),
+        };
+        let problem = match self {
+            Self::Project(path) => file(path),
+            Self::Path(path) if path.is_file() => file(path),
+            Self::Path(path) => scene(&SceneSource::from_argument(path)),
+            Self::Scene(source) => scene(source),
+            Self::Moved { folder, .. } => scene(&SceneSource::Folder(folder.clone())),
+        };
+        problem.map(|problem| format!("{problem}."))
+    }
+
     /// Name for people.
     pub fn name(&self) -> String {
         match self {

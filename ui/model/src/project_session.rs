@@ -3,11 +3,15 @@
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 use inplace_core::drop_on_thread;
 use inplace_core::project::{Journal, JournalEvent, SaveAs, SceneRecord, Step, same_file};
-use inplace_core::session::{FrameMap, ModelState};
+use inplace_core::session::{Command, Event, FrameMap, ModelState, Session};
+
+/// How long the end of a session waits for what its model has learnt.
+const LAST_STATE: Duration = Duration::from_secs(2);
 
 /// The project file behind a workspace. Nothing here ever waits.
 #[derive(Debug)]
@@ -141,11 +145,19 @@ impl ProjectSession {
         drop(self.journal.take());
     }
 
-    /// Writes what is queued and ends, on a thread; the file cannot be opened again before that is done.
-    pub fn end(mut self) -> Option<Ending> {
+    /// Writes what is queued, and what the model of a session has learnt, and ends, on a thread; the file cannot be opened
+    /// again before that is done.
+    pub fn end(mut self, session: Option<Session>) -> Option<Ending> {
         let journal = self.journal.take()?;
         let (hold, done) = bounded(0);
-        end_on_thread(journal, Some(hold));
+        drop_on_thread(
+            "inplace-journal-end",
+            LastWords {
+                session,
+                journal,
+                _hold: hold,
+            },
+        );
         Some(Ending {
             path: self.path.clone(),
             done,
@@ -169,15 +181,34 @@ impl ProjectSession {
 impl Drop for ProjectSession {
     fn drop(&mut self) {
         if let Some(journal) = self.journal.take() {
-            end_on_thread(journal, None);
+            drop_on_thread("inplace-journal-end", journal);
         }
     }
 }
 
-/// Ending a journal waits for the disk; `hold` is dropped after that.
-fn end_on_thread(journal: Journal, hold: Option<Sender<Infallible>>) {
-    // In this order.
-    drop_on_thread("inplace-journal-end", (journal, hold));
+/// A journal that is to end, which waits for the disk, once it has what a session has learnt. Dropped in this order.
+struct LastWords {
+    session: Option<Session>,
+    journal: Journal,
+    _hold: Sender<Infallible>,
+}
+
+impl Drop for LastWords {
+    fn drop(&mut self) {
+        let state = self.session.take().and_then(|session| last_state(&session));
+        state.into_iter().for_each(|state| self.journal.save_model(state));
+    }
+}
+
+/// What the model of a session has learnt, if its worker tells so in time.
+fn last_state(session: &Session) -> Option<Arc<ModelState>> {
+    session.send(Command::Save);
+    let until = Instant::now() + LAST_STATE;
+    loop {
+        if let Event::State(state) = session.events().recv_deadline(until).ok()? {
+            return Some(state);
+        }
+    }
 }
 
 /// A project file that is still being written, though it was closed.

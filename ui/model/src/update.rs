@@ -90,6 +90,7 @@ impl Model {
         }
         match command {
             Command::Open(target) => self.open(target),
+            Command::Dropped(path) => self.dropped(path),
             Command::Save => self.save(),
             Command::SaveTo(path) => self.save_to(path, false),
             Command::ReplaceFile(path) => self.save_to(path, true),

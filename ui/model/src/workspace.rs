@@ -192,6 +192,11 @@ impl Workspace {
         self.session.maps().get(frame)
     }
 
+    /// Whether the worker can tell what its model has learnt.
+    pub(crate) fn has_learnt(&self) -> bool {
+        self.status.steps > 0 && !self.ended && self.reading.is_none()
+    }
+
     /// The map of a frame, if it follows the labels as they are now, imported images and all.
     pub(crate) fn following_map(&self, frame: usize) -> Option<Arc<FrameMap>> {
         let map = self.newest_map(frame)?;

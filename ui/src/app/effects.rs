@@ -1,7 +1,6 @@
 //! What goes into the model, and what it wants done outside: threads, the session, the project file, the window.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use egui::{ThemePreference, ViewportCommand};
 use inplace_core::session::{self, Session};
@@ -9,7 +8,6 @@ use inplace_model::jobs::{Done, JobTools};
 use inplace_model::model::Stage;
 use inplace_model::preferences::Theme;
 use inplace_model::project_session::{Ending, ProjectSession};
-use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Effect, Input};
 
 use super::App;
@@ -20,8 +18,6 @@ use crate::keys;
 
 /// Most worker events looked at in one frame.
 const EVENTS_A_FRAME: usize = 256;
-/// How long the end of the program waits for the worker's model state.
-const LAST_STATE: Duration = Duration::from_secs(2);
 
 impl App {
     /// Tells the model something, such as what a view or a key asks for, and carries out what it wants done.
@@ -51,9 +47,9 @@ impl App {
                     session.send(command);
                 }
             }
-            Effect::CloseProject(project) => {
+            Effect::CloseProject(project, session) => {
                 self.endings.retain(|ending| !ending.is_done());
-                self.endings.extend(project.end());
+                self.endings.extend(project.end(session));
             }
             Effect::Start(job) => self.jobs.start(job, self.job_tools()),
             Effect::Browse(purpose) => self.jobs.browse(purpose),
@@ -136,27 +132,8 @@ impl App {
         }
     }
 
-    /// Waits for the model state and for the disk: the window is gone.
+    /// Waits for the disk: the window is gone.
     pub(super) fn end(&mut self) {
-        let before = self
-            .model
-            .workspace()
-            .and_then(|workspace| workspace.state.clone());
-        let can_save = |workspace: &Workspace| !workspace.ended && workspace.reading.is_none();
-        let waits = |workspace: &Workspace| {
-            let is_old = workspace.state.as_ref().map(Arc::as_ptr) == before.as_ref().map(Arc::as_ptr);
-            is_old && can_save(workspace)
-        };
-        if self.model.workspace().is_some_and(can_save) {
-            self.carry_out(Effect::Session(session::Command::Save));
-        }
-        let until = Instant::now() + LAST_STATE;
-        while Instant::now() < until && self.model.workspace().is_some_and(waits) {
-            match self.session().and_then(next_event) {
-                Some(event) => self.update(Input::Session(event)),
-                None => std::thread::sleep(Duration::from_millis(5)),
-            }
-        }
         for effect in self.model.update(Command::End) {
             match effect {
                 Effect::TakePicture(place, source) => self.jobs.take_last_picture(&place, &source),

@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use egui::{Event, Key};
 use inplace_model::model::Stage;
-use inplace_model::opening::Target;
 use inplace_model::project_session::ProjectSession;
 use inplace_model::{Command, Commands, Input};
 
@@ -169,7 +168,7 @@ impl App {
             first.map(|file| file.path().to_path_buf())
         });
         if let Some(path) = dropped {
-            commands.push(Command::Open(Target::Path(path)));
+            commands.push(Command::Dropped(path));
         }
     }
 }

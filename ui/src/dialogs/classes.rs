@@ -1,10 +1,8 @@
 //! The dialog that adds many classes.
 
-use std::path::PathBuf;
-
 use egui::{RichText, ScrollArea, Ui, vec2};
 use inplace_core::labels::PALETTES;
-use inplace_model::dialogs::{AddClasses, ClassChoice, ClassSource, Purpose};
+use inplace_model::dialogs::{AddClasses, ClassChoice, ClassSource, Purpose, typed_path};
 use inplace_model::text::counted;
 use inplace_model::{Command, Commands};
 
@@ -67,7 +65,7 @@ fn file(dialog: &mut AddClasses, ui: &mut Ui, commands: &mut Commands) {
         let path = dialog.path.trim();
         let read = ui.add_enabled(!path.is_empty(), egui::Button::new("Read"));
         if read.clicked() || entered && !path.is_empty() {
-            commands.push(Command::ReadClasses(PathBuf::from(path)));
+            commands.push(Command::ReadClasses(typed_path(path)));
         }
         browse(ui, "Browse...", Purpose::Classes, commands);
     });
@@ -123,6 +121,9 @@ fn line(dialog: &mut AddClasses, ui: &mut Ui, index: usize) {
     let check = line
         .add_enabled(!there, egui::Checkbox::without_text(&mut shown))
         .accessible_name(&class.name);
+    if check.gained_focus() {
+        check.scroll_to_me(None);
+    }
     // The whole line is a target, not the little box alone.
     let row = line.interact(response.rect, line.scope_id().with("line"), egui::Sense::CLICK);
     if !there && (check.changed() || row.clicked()) {

@@ -1,10 +1,8 @@
 //! What a person can choose once for all scenes: looks, threads, keys, hints.
 
-use std::path::PathBuf;
-
 use egui::{Align, Event, Layout, RichText, ScrollArea, Slider, Ui};
 use inplace_core::cores;
-use inplace_model::dialogs::{ChosenKey, Purpose};
+use inplace_model::dialogs::{ChosenKey, Purpose, typed_path};
 use inplace_model::hints::Hint;
 use inplace_model::keymap::{KeyMap, Shortcut};
 use inplace_model::preferences::{PreferenceChange, Theme, usual_threads};
@@ -312,7 +310,7 @@ fn features(ui: &mut Ui, model: &Model, commands: &mut Commands) {
             .add(edit.desired_width(f32::INFINITY).align(egui::Align2::LEFT_CENTER))
             .on_hover_text(FEATURES_MEAN);
         if edit.accessible_name("Features").changed() {
-            let file = (!path.is_empty()).then(|| PathBuf::from(path));
+            let file = (!path.is_empty()).then(|| typed_path(&path));
             commands.push(Command::Prefer(PreferenceChange::Features(file)));
         }
         browse

@@ -2,6 +2,7 @@
 
 use egui::{Button, DragValue, Label, RichText, Ui};
 use inplace_core::guide::audit::{Accuracy, Audit, AuditPlace, Verdict};
+use inplace_core::labels::VOID;
 use inplace_model::workspace::Workspace;
 use inplace_model::{Command, Commands};
 
@@ -95,7 +96,11 @@ fn result(ui: &mut Ui, workspace: &Workspace, audit: &Audit, commands: &mut Comm
 
 /// What is said of a wrong place: also whether the map has another class there now.
 fn row(workspace: &Workspace, audit: &Audit, index: usize, place: &AuditPlace) -> String {
-    let name = |class| workspace.document.name_and_color(class).0;
+    let is_gone = |class| class != VOID && workspace.document.labels().class(class).is_none();
+    let name = |class| match is_gone(class) {
+        true => "a class that is gone",
+        false => workspace.document.name_and_color(class).0,
+    };
     let stem = audit.frames.get(place.frame).map_or("", |frame| &frame.stem);
     let now = workspace.audited_place(index).and_then(|(frame, pixel)| {
         let answer = workspace.newest_map(frame)?.at(pixel)?;

@@ -136,6 +136,9 @@ pub fn pressed_in_list(
                 ui.allocate_ui_with_layout(size, layout, |ui| {
                     let whole = format!("{text}. {hint}");
                     let button = ui.add(Button::new(text).truncate());
+                    if button.gained_focus() {
+                        button.scroll_to_me(None);
+                    }
                     if button.on_hover_text(whole).clicked() {
                         pressed = Some(place);
                     }

@@ -1,13 +1,11 @@
 //! The start page: nothing is open.
 
-use std::path::PathBuf;
-
 use egui::{
     Align, Color32, FontId, Key, Layout, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind, Ui,
     WidgetInfo, pos2, vec2,
 };
 use inplace_core::scene::SceneSource;
-use inplace_model::dialogs::Purpose;
+use inplace_model::dialogs::{Purpose, typed_path};
 use inplace_model::opening::Target;
 use inplace_model::preferences::{PreferenceChange, Recent, now};
 use inplace_model::text::{PROGRAM, counted};
@@ -189,7 +187,7 @@ impl StartPage {
             },
         );
         if open && !self.path.trim().is_empty() {
-            commands.push(Command::Open(Target::Path(PathBuf::from(self.path.trim()))));
+            commands.push(Command::Open(Target::Path(typed_path(&self.path))));
         }
     }
 }

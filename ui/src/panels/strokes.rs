@@ -368,12 +368,10 @@ fn selected_line(ui: &mut Ui, workspace: &Workspace, commands: &mut Commands) {
                 });
             });
             let delete = DELETE.named(ui.ctx());
-            if let Some((id, _)) = stroke {
-                if icon_button(ui, Icon::Delete, &delete).clicked() {
-                    commands.push(Command::DeleteStroke(id));
-                }
-            } else {
-                icon_button(ui, Icon::Delete, &delete);
+            if icon_button(ui, Icon::Delete, &delete).clicked()
+                && let Some((id, _)) = stroke
+            {
+                commands.push(Command::DeleteStroke(id));
             }
         });
     });

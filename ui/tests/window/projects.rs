@@ -141,6 +141,8 @@ fn the_window_says_drop_to_open_and_opens_what_is_dropped_in_place_of_what_was_o
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("kitchen");
     std::fs::create_dir(&scene).unwrap();
+    // It looks like a scene.
+    std::fs::write(scene.join("transforms.json"), "{}").unwrap();
     let mut window = Window::with_demo(folder.path());
     window.misses("Drop to open");
     let hovered = egui::HoveredFile {

@@ -269,8 +269,12 @@ fn in_another_scene_the_list_has_all_strokes_whatever_was_looked_for_before() {
     window.pick("Strokes of class", "floor");
     window.misses(row);
     let path = window.model().project.as_ref().unwrap().path.clone();
+    let serial = window.workspace().serial;
     window.act(Command::Open(Target::Project(path)));
-    window.until_open();
+    window.until("it is open again", |app| {
+        let workspace = app.model().workspace();
+        workspace.is_some_and(|workspace| workspace.serial != serial)
+    });
     window.sees(row);
 }
 

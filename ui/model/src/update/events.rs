@@ -35,6 +35,8 @@ impl Model {
             }
             Done::Summarised(serial, made) => self.summarised(serial, made),
             Done::AuditDrawn(serial, audit) => self.audit_drawn(serial, audit),
+            Done::LookedAt(Ok(target)) => self.open_at_once(target),
+            Done::LookedAt(Err(sentence)) => self.state.messages.error(sentence),
             Done::PosesChecked(serial, problems) => self.poses_checked(serial, problems),
             Done::ClassesRead(read) => self.classes_read(read),
             Done::ClassesSaved(count, path) => self.classes_saved(count, &path),

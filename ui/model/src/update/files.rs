@@ -11,7 +11,7 @@ use crate::messages::About;
 use crate::model::{Model, Stage};
 use crate::opening::{Target, new_project};
 use crate::preferences::{PreferenceChange, RecentPlace};
-use crate::project_session::{ProjectSession, SavedState};
+use crate::project_session::{ProjectSession, Results, SavedState};
 use crate::workspace::Workspace;
 
 impl Model {
@@ -38,6 +38,18 @@ impl Model {
             }
             // The dialog that asked was closed meanwhile.
             _ => {}
+        }
+    }
+
+    /// A file or a folder was dropped onto the window: it is what the dialog asks for, or else something to open.
+    pub(crate) fn dropped(&mut self, path: PathBuf) {
+        match &self.state.dialog {
+            None | Some(Dialog::Open(_)) => self.open(Target::Path(path)),
+            Some(dialog) => {
+                if let Some(purpose) = dialog.purpose() {
+                    self.picked(purpose, Some(path));
+                }
+            }
         }
     }
 
@@ -119,7 +131,7 @@ impl Model {
     pub(crate) fn project_made(&mut self, attempt: u64, mut project: ProjectSession) {
         let memory_only = self.state.project.as_mut();
         let Some(memory_only) = memory_only.filter(|waiting| waiting.attempt == Some(attempt)) else {
-            self.effects.push(Effect::CloseProject(Box::new(project)));
+            self.effects.push(Effect::CloseProject(Box::new(project), None));
             return;
         };
         let steps = memory_only.unrecorded.drain(..);
@@ -132,6 +144,12 @@ impl Model {
     /// The work is in this file now; `before` is where it was opened from.
     pub(crate) fn saved_to(&mut self, path: &Path, before: Option<RecentPlace>) {
         self.keep_results();
+        if let (Some(workspace), Some(project)) = (self.state.workspace(), &self.state.project) {
+            project.keep(Results {
+                state: workspace.state.clone(),
+                ..Results::default()
+            });
+        }
         // The scene is no longer what goes on with the work.
         if let Some(before) = before {
             self.state.preferences.recents.forget(&before);
@@ -157,6 +175,48 @@ mod tests {
     use crate::model::Start;
     use crate::preferences::Preferences;
     use crate::{Command, Input};
+
+    fn job(effects: Vec<Effect>) -> Job {
+        let job = effects.into_iter().find_map(|effect| match effect {
+            Effect::Start(job) => Some(job),
+            _ => None,
+        });
+        job.unwrap()
+    }
+
+    fn run(model: &mut Model, job: Job) {
+        let done = Mutex::new(None);
+        job.run(&JobTools::of_test(), &|told| *done.lock().unwrap() = Some(told));
+        let done = done.into_inner().unwrap();
+        model.update(Input::Done(done.unwrap()));
+    }
+
+    #[test]
+    fn what_is_nothing_to_open_leaves_what_is_open_and_a_dropped_path_is_what_the_dialog_asks_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut model = Model::new(Start::default(), Preferences::default());
+        let workspace = Workspace::of_test(Shot::new(1, [16, 16]).scene(&|_, _| {}));
+        model.state.stage = Stage::Open(Box::new(workspace));
+        let text = folder.path().join("notes.txt");
+        std::fs::write(&text, "no project").unwrap();
+        for path in [folder.path().to_path_buf(), folder.path().join("gone"), text] {
+            model.state.dialog = Some(Dialog::Open(path.display().to_string()));
+            let look = job(model.update(Command::Dropped(path.clone())));
+            run(&mut model, look);
+            assert!(model.workspace().is_some() && model.dialog.is_some());
+            let error = &model.messages.shown.last().unwrap().text;
+            assert!(error.contains(&*path.display().to_string()), "{error}");
+        }
+        model.state.dialog = Some(Dialog::import());
+        model.update(Command::Dropped(PathBuf::from("labels")));
+        assert!(matches!(&model.dialog, Some(Dialog::Import { path, .. }) if path == "labels"));
+        model.state.dialog = Some(Dialog::Help);
+        assert!(model.update(Command::Dropped(PathBuf::from("labels"))).is_empty());
+        model.state.dialog = None;
+        let look = job(model.update(Command::Open(Target::Scene(SceneSource::Demo))));
+        run(&mut model, look);
+        assert!(matches!(model.stage, Stage::Opening(_)));
+    }
 
     #[test]
     fn a_picked_path_goes_to_what_asked_for_it_whatever_dialog_is_shown_by_then() {
@@ -197,21 +257,8 @@ mod tests {
         let add = |model: &mut Model, name: &str| {
             model.update(Command::AddClass(ClassUse::Choose, name.to_owned()));
         };
-        let job = |effects: Vec<Effect>| -> Job {
-            let job = effects.into_iter().find_map(|effect| match effect {
-                Effect::Start(job) => Some(job),
-                _ => None,
-            });
-            job.unwrap()
-        };
         let save =
             |model: &mut Model, name: &str| job(model.update(Command::SaveTo(folder.path().join(name))));
-        let run = |model: &mut Model, job: Job| {
-            let done = Mutex::new(None);
-            job.run(&JobTools::of_test(), &|told| *done.lock().unwrap() = Some(told));
-            let done = done.into_inner().unwrap();
-            model.update(Input::Done(done.unwrap()));
-        };
         add(&mut model, "wall");
         let first = save(&mut model, "first.inplace");
         add(&mut model, "floor");

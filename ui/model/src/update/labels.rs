@@ -26,8 +26,11 @@ impl Model {
             return false;
         };
         let Some(class) = workspace.class else {
-            let (name, waiting) = (String::new(), stroke);
-            self.state.dialog = Some(Dialog::FirstClass { name, waiting });
+            self.state.dialog = Some(Dialog::FirstClass {
+                name: String::new(),
+                waiting: stroke,
+                new_object: false,
+            });
             return false;
         };
         stroke.class = class;
@@ -114,10 +117,18 @@ impl Model {
             Some(edit)
         });
         self.use_class(purpose, added);
-        if let Some(Dialog::FirstClass { waiting, .. }) = dialog
-            && self.label(waiting)
+        if let Some(Dialog::FirstClass {
+            waiting, new_object, ..
+        }) = dialog
         {
-            self.note_click();
+            if new_object {
+                // Stuff has none.
+                self.with_workspace(|workspace| drop(workspace.say_new_object()));
+            }
+            if self.label(waiting) {
+                self.note_click();
+            }
+            self.with_workspace(|workspace| workspace.say(None));
         }
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use inplace_core::labels::{Edit, FoundObject, History, ObjectId};
 use inplace_core::semantics::KnownPart;
 
+use crate::dialogs::Dialog;
 use crate::layer::Layer;
 use crate::model::Model;
 use crate::tool::DrawnLine;
@@ -25,6 +26,9 @@ impl Model {
         let (before, unnamed) = (workspace.chosen(), workspace.class.is_none());
         if unnamed || self.say_new_object() {
             self.draw(line);
+        }
+        if let Some(Dialog::FirstClass { new_object, .. }) = &mut self.state.dialog {
+            *new_object = true;
         }
         self.with_workspace(|workspace| drop(workspace.choose_again(before)));
     }

@@ -25,8 +25,18 @@ use crate::project_session::{Results, SavedState};
 use crate::workspace::Workspace;
 
 impl Model {
-    /// Starts opening something; what was open is kept and closed.
+    /// Opens something in place of what is open, if it looks like something to open.
     pub(crate) fn open(&mut self, target: Target) {
+        if self.state.workspace().is_none() || target == Target::Scene(SceneSource::Demo) {
+            return self.open_at_once(target);
+        }
+        self.start("look", Done::Failed, move |_, _| {
+            Done::LookedAt(target.problem().map_or(Ok(target), Err))
+        });
+    }
+
+    /// Starts opening something; what was open is kept and closed.
+    pub(crate) fn open_at_once(&mut self, target: Target) {
         if self.loses_labels() {
             return;
         }
@@ -90,9 +100,13 @@ impl Model {
         self.state.messages.withdraw(About::Saving);
         self.state.messages.withdraw(About::Scene);
         self.give_up_export();
-        self.state.stage = Stage::Start;
+        let session = match std::mem::take(&mut self.state.stage) {
+            Stage::Open(workspace) if workspace.has_learnt() => Some(workspace.session),
+            _ => None,
+        };
         let project = self.state.project.take().map(Box::new);
-        self.effects.extend(project.map(Effect::CloseProject));
+        let ending = project.map(|project| Effect::CloseProject(project, session));
+        self.effects.extend(ending);
         self.state.importing = None;
         self.stop_beginning_comparison();
         // An export that writes goes on: it has all that it needs.
@@ -102,7 +116,7 @@ impl Model {
         self.state.dialog = None;
     }
 
-    /// Keeps the newest maps and model, so that the project shows them at once when it is opened again.
+    /// Keeps the newest maps, so that the project shows them at once when it is opened again.
     pub(crate) fn keep_results(&mut self) {
         let (Some(workspace), Some(project)) = (self.state.workspace(), &self.state.project) else {
             return;
@@ -113,7 +127,7 @@ impl Model {
         project.keep(Results {
             view: Some(workspace.kept_view(&self.state.settings)),
             maps: maps.collect(),
-            state: workspace.state.clone(),
+            state: None,
         });
     }
 
@@ -173,7 +187,7 @@ impl Model {
         let Some((session, opened)) = taken else {
             // So that it is waited for when it is opened again.
             self.effects
-                .push(Effect::CloseProject(Box::new(attached.project)));
+                .push(Effect::CloseProject(Box::new(attached.project), None));
             return;
         };
         for note in &attached.notes {

@@ -27,11 +27,14 @@ impl Workspace {
         Some((frame, place.pixel))
     }
 
-    /// The first place that nothing was said of, in a frame that is there.
+    /// The first place that nothing was said of, in a frame and of a class that are there.
     pub fn next_audited(&self) -> Option<usize> {
         let places = &self.auditing.audit.as_ref()?.places;
-        let is_open = |&index: &usize| places[index].verdict.is_none() && self.audited_place(index).is_some();
-        (0..places.len()).find(is_open)
+        let is_there = |index: usize| {
+            let class = self.document.labels().class(places[index].class);
+            class.is_some() && self.audited_place(index).is_some()
+        };
+        (0..places.len()).find(|&index| places[index].verdict.is_none() && is_there(index))
     }
 
     /// Shows a place, from now on the one that keys judge; whether it is there.
@@ -68,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_of_frames_that_are_gone_are_passed_over() {
+    fn places_of_frames_and_classes_that_are_gone_are_passed_over() {
         let mut workspace = Workspace::of_test(Shot::new(2, [16, 16]).scene(&|_, _| {}));
         let stem = workspace.scene.frames[1].stem.clone();
         let frames = ["gone".to_owned(), stem].map(|stem| AuditedFrame {
@@ -76,10 +79,16 @@ mod tests {
             labelled: 1,
             entropy: 0.0,
         });
-        let places = [1, 0, 1].map(|frame| AuditPlace {
+        let mut class = 0;
+        workspace.edit(|history| {
+            let (id, edit) = history.add_class("wall");
+            class = id;
+            Some(edit)
+        });
+        let places = [(1, class), (0, class), (1, class + 1), (1, class)].map(|(frame, class)| AuditPlace {
             frame,
             pixel: [1, 1],
-            class: 1,
+            class,
             verdict: None,
         });
         workspace.auditing.audit = Some(Audit {
@@ -90,7 +99,7 @@ mod tests {
             seed: 0,
         });
         assert!(workspace.show_audited(0) && workspace.judge(Verdict::Right));
-        assert_eq!(workspace.auditing.at, Some(2));
+        assert_eq!(workspace.auditing.at, Some(3));
         assert!(!workspace.judge(Verdict::Wrong));
     }
 }

@@ -45,14 +45,13 @@ impl Workspace {
         let labels = self.document.labels();
         let found = self.found.iter().map(|found| (&found.object, Some(found)));
         let parts = found.filter(|(object, _)| labels.object(object.id).is_none());
-        let listed = labels.objects.iter().map(|object| {
+        let listed = labels.objects.iter().filter(|object| object.class == class);
+        let listed = listed.map(|object| {
             let own = |found: &&FoundObject| found.object.id == object.id;
             (object, self.found.iter().find(own))
         });
-        let mut objects: Vec<_> = listed
-            .chain(parts)
-            .filter(|(object, _)| object.class == class)
-            .collect();
+        let parts = parts.filter(|(object, _)| object.class == class);
+        let mut objects: Vec<_> = listed.chain(parts).collect();
         objects.sort_by_key(|(object, _)| object.id);
         objects
     }

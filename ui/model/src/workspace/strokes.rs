@@ -37,6 +37,7 @@ impl Workspace {
             Some(&[[from, y], [to, row]]) if y == row => Some([from.midpoint(to), y]),
             line => line.and_then(|line| line.get(line.len() / 2)).copied(),
         };
+        self.space.shown = false;
         self.go_to(stroke.frame);
         if let Some(pixel) = middle {
             self.view.center_on(pixel);
@@ -65,6 +66,11 @@ impl Workspace {
             self.class = self.document.classes().first().map(|class| class.id);
         }
         self.check_said();
+        let of_object = |id| self.document.labels().class(self.object(id)?.object.class);
+        let is_one = |id| of_object(id).is_some_and(|class| class.thing);
+        if self.class_view.hidden.all_but.is_some_and(|id| !is_one(id)) {
+            self.change_class_view(|view| view.hidden.all_but = None);
+        }
         self.select(self.selected);
         self.send_labels();
         Some(edit)

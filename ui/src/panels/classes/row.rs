@@ -97,6 +97,9 @@ impl Row<'_> {
             .unwrap_or_default();
         let words = format!("{}, {}{locked}{hidden}{said}", self.name, self.facts);
         response.widget_info(|| WidgetInfo::selected(Role::ListBoxOption, true, self.chosen, &words));
+        if response.gained_focus() {
+            response.scroll_to_me(None);
+        }
         if response.clicked() {
             commands.push(Command::Choose(self.named));
         }
@@ -276,10 +279,15 @@ pub(super) fn reorder(
     if row.has_focus() {
         let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::ALT, key));
         let [up, down] = [Key::ArrowUp, Key::ArrowDown].map(pressed);
+        // In sight it keeps the keyboard.
+        let mut move_to = |place: usize, down: f32| {
+            commands.push(Command::MoveClass(id, place));
+            ui.scroll_to_rect(row.rect.translate(vec2(0.0, down * ROW)), None);
+        };
         if up && index > 0 {
-            commands.push(Command::MoveClass(id, index - 1));
+            move_to(index - 1, -1.0);
         } else if down && index + 1 < count {
-            commands.push(Command::MoveClass(id, index + 1));
+            move_to(index + 1, 1.0);
         }
     }
 }
