@@ -200,7 +200,8 @@ fn a_small_fault_is_counted_in_a_warning_and_the_rest_is_labelled() {
     let listed = strokes["strokes"].as_array_mut().unwrap();
     listed.retain(|stroke| stroke["frame"] != "rgb_9");
     disk.write_strokes(&strokes);
-    let outcome = succeed(&mut disk.label(&["--budget", "2"]));
+    // Depth is measured everywhere: it ends by itself, and a slow machine has no more to tell.
+    let outcome = succeed(&mut disk.label(&["--budget", "60"]));
     let warning = one_line(&outcome.stderr);
     assert!(warning.contains("(1 in all)"), "{warning}");
     assert!(warning.contains("rgb/"), "{warning}");

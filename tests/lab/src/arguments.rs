@@ -24,7 +24,7 @@ pub struct Arguments {
 /// What the laboratory does.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Measure how good the maps of unseen frames become as a simulated annotator, who knows the ground truth,
+    /// Measure how good the maps of frames without clicks become as a simulated annotator, who knows the ground truth,
     /// clicks on the training frames.
     Simulate(SimulateArguments),
     /// Measure one thing, or all of them.

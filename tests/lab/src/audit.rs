@@ -141,7 +141,8 @@ fn audits(options: &SessionOptions, clicks: usize, share: f64, audits: usize) ->
         .collect();
     let accuracy = accuracy(&maps, &truths);
     let map = |frame: usize| truths.contains_key(&frame).then(|| Arc::clone(&maps[frame]));
-    let drawn = (0..audits as u64).filter_map(|number| Audit::draw(&scene, &map, (share, number), 0));
+    let drawn = (0..audits as u64)
+        .filter_map(|number| Audit::draw(&scene, &map, (share, seed.wrapping_add(number)), 0));
     let mut drawn: Vec<Audit> = drawn.collect();
     drawn.iter_mut().for_each(|audit| answer(audit, &scene, &truths));
     let told: Vec<Accuracy> = drawn.iter().filter_map(Audit::accuracy).collect();

@@ -259,12 +259,13 @@ fn runs(arguments: &EngineArguments, threads: usize, progress: &Progress) -> Res
             ..options
         })?;
         let seen = Arc::new(open(options)?);
+        let mut marks = arguments.marks.clone();
+        marks.sort_by(f64::total_cmp);
         for run in 0..arguments.seeds {
             let seed = arguments.reading.seed.wrapping_add(run);
             for &variant in &variants {
                 progress.show(format!("{}, seed {seed}: {}", scene.display(), variant.0));
-                let measured =
-                    pool.install(|| training_run(&seen, &truth, variant, seed, &arguments.marks))?;
+                let measured = pool.install(|| training_run(&seen, &truth, variant, seed, &marks))?;
                 runs.extend(measured);
             }
         }

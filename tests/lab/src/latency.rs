@@ -169,6 +169,7 @@ fn click_latency(
             sessions += 1;
             run = Client::start(options.clone());
             run.opened()?;
+            run.send(Command::Suggest { only: None });
             run.label(labels(number - 1), generation(number - 1));
             run.mapped(generation(number - 1))?;
             run.work_until(Instant::now() + rest())?;

@@ -8,7 +8,7 @@ use super::baseline::Task;
 use super::{Annotator, Baseline, Click, Policy, SimulatedPoint};
 use crate::arguments::SimulateArguments;
 use crate::learnt::{learn, pool, surface_of};
-use crate::{Calibration, Failure, SceneTruth, Scores};
+use crate::{Calibration, Failure, SceneTruth, Scores, unusable_scene};
 use inplace_core::guide::Suggestion;
 use inplace_core::scene::Scene;
 use inplace_core::semantics::{FrameMap, Surface};
@@ -37,6 +37,10 @@ pub fn simulate(
             Policy::Own => SceneTruth::read_or_clicks(&scene)?,
             _ => SceneTruth::read(&scene)?,
         };
+        if given == Policy::Own && truth.clicks.is_empty() {
+            let has_none = "its training frames have label images, so that it has no clicks of its own; choose another policy";
+            return Err(unusable_scene(&scene, has_none));
+        }
         let learning = Instant::now();
         progress(&format!("seed {}: learning the scene", options.seed));
         learn(&mut open.run, experiment.geometry.map(Duration::from_secs_f64))?;
@@ -112,9 +116,7 @@ impl Run<'_> {
         let (options, scene, test) = (self.options, self.scene, &self.truth.test);
         let pool = pool(options.threads)?;
         let batches = self.batches();
-        let most = batches.last().copied().unwrap_or(0);
         let policy = given(self.experiment);
-        let planned = self.annotator.clicks(policy, most, options.seed);
         let mut points = Vec::new();
         for &baseline in &self.experiment.baselines {
             let before = match baseline {
@@ -125,12 +127,11 @@ impl Run<'_> {
                 let name = format!("{}/{}", policy.name(), baseline.name());
                 let seed = options.seed;
                 progress(&format!("seed {seed}, {name}: {clicks_per_class} clicks a class"));
-                let most = clicks_per_class * self.annotator.classes().len();
-                let given = &planned[..planned.len().min(most)];
+                let given = self.annotator.clicks(policy, clicks_per_class, seed);
                 let task = Task {
                     scene,
                     surface: self.surface,
-                    clicks: given,
+                    clicks: &given,
                     frames: test,
                     seed,
                 };
@@ -195,19 +196,16 @@ impl Open {
             _ => truth.train.iter().copied().collect(),
         };
         self.run.send(Command::Suggest { only: Some(frames) });
-        let batches = run.batches();
-        let most = batches.last().copied().unwrap_or(0);
-        let planned = annotator.clicks(policy, most, seed);
         let mut given: Vec<Click> = Vec::new();
         let mut points = Vec::new();
         let mut labelling = Duration::ZERO;
-        for clicks_per_class in batches {
+        for clicks_per_class in run.batches() {
             let name = policy.name();
             progress(&format!("seed {seed}, {name}: {clicks_per_class} clicks a class"));
             let start = Instant::now();
             let wanted = clicks_per_class * annotator.classes().len();
-            let from_plan = wanted.min(planned.len()).saturating_sub(given.len());
-            given.extend(planned.iter().skip(given.len()).take(from_plan));
+            let planned = annotator.clicks(policy, clicks_per_class, seed);
+            given.extend(planned.into_iter().skip(given.len()));
             self.send(annotator, &given);
             while policy == Policy::Guided && given.len() < wanted {
                 let Some(click) = self.suggested(annotator)? else {

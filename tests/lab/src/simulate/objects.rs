@@ -5,6 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+use rand::SeedableRng;
+use rand::rngs::SmallRng;
+use rand::seq::SliceRandom;
 use serde::Serialize;
 
 use super::{Annotator, Click, Policy};
@@ -129,9 +132,8 @@ impl Run<'_> {
     /// One random click on every class: on one of its objects, whichever that is.
     fn on_classes(&self) -> Vec<Click> {
         let mut clicks = self.annotator.clicks(Policy::Random, 1, self.seed);
-        // A fair draw among the objects of a class, by the seed.
-        let turn = self.seed as usize % clicks.len().max(1);
-        clicks.rotate_left(turn);
+        // A fair draw among the objects of a class.
+        clicks.shuffle(&mut SmallRng::seed_from_u64(self.seed));
         let mut clicked: BTreeSet<ClassId> = BTreeSet::new();
         clicks.retain(|click| {
             let object = self.truth.objects.get(&click.class);

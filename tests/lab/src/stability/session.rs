@@ -160,11 +160,11 @@ fn edit_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<
 }
 
 fn pause_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result<Measured, Failure> {
-    let mut calm = trial.session(settings);
+    let mut calm = trial.training_session(settings, None, || {});
     calm.settle(trial.seconds(settings))?;
     let expected = trial.miou(&calm)?;
     drop(calm);
-    let mut course = trial.session(settings);
+    let mut course = trial.training_session(settings, None, || {});
     for _ in 0..PAUSES {
         course.run.send(Command::Pause);
         std::thread::sleep(Duration::from_micros(rng.random_range(0..4000)));
@@ -172,6 +172,7 @@ fn pause_storm(trial: &Trial, settings: &Settings, rng: &mut SmallRng) -> Result
         std::thread::sleep(Duration::from_micros(rng.random_range(0..4000)));
     }
     course.settle(trial.seconds(settings))?;
+    course.has_trained()?;
     Ok((trial.miou(&course)? / expected, course.told()))
 }
 
@@ -180,11 +181,12 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
     let death = Arc::clone(&dies);
     // Whoever follows a session is woken on the worker's thread.
     let wake = move || assert!(!death.swap(false, Relaxed), "a panic was asked for");
-    let mut course = trial.session_woken(settings, None, wake);
+    let mut course = trial.training_session(settings, None, wake);
     course.settle(trial.seconds(settings))?;
     course.run.send(Command::Pause);
     course.say(&trial.labels);
     let before = course.maps()?;
+    course.has_trained()?;
     let state = course.run.saved()?;
     dies.store(true, Relaxed);
     course.run.send(Command::Save);
@@ -192,7 +194,7 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
         return Err("the worker's death was not told".into());
     };
     drop(course);
-    let mut next = trial.session_woken(settings, Some(state), || {});
+    let mut next = trial.training_session(settings, Some(state), || {});
     next.run.send(Command::Pause);
     next.say(&trial.labels);
     let after = next.maps()?;
@@ -200,7 +202,7 @@ fn worker_dies(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<M
 }
 
 fn long_training(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result<Measured, Failure> {
-    let mut course = trial.session(settings);
+    let mut course = trial.training_session(settings, None, || {});
     course.settle(trial.seconds(settings))?;
     let (miou, memory) = (trial.miou(&course)?, resident_memory());
     course.run.send(Command::Resume);
@@ -223,6 +225,7 @@ fn long_training(trial: &Trial, settings: &Settings, _: &mut SmallRng) -> Result
     }
     course.say(&trial.labels);
     course.settle(trial.seconds(settings))?;
+    course.has_trained()?;
     let kept = trial.miou(&course)? / miou;
     let held = match (memory, resident_memory()) {
         (Some(before), Some(after)) => before as f64 / after.max(1) as f64,

@@ -58,21 +58,33 @@ impl Trial {
 
     /// A session on the scene as it is, with the labels.
     pub fn session(&self, settings: &Settings) -> Course {
-        self.session_woken(settings, None, || {})
+        self.start(self.options(settings), || {})
     }
 
-    /// The same, from an earlier session's model where there is one; `wake` is called on the worker's thread after every event.
-    pub fn session_woken(
+    /// The same where the field is trained whatever the labels need, from an earlier session's model where there is one;
+    /// `wake` is called on the worker's thread after every event.
+    pub fn training_session(
         &self,
         settings: &Settings,
         state: Option<Arc<ModelState>>,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Course {
         let options = SessionOptions {
-            open: OpenOptions::default(),
+            views: true,
             state: state.map(Into::into),
-            ..settings.training.session_options(self.scene.source.clone())
+            ..self.options(settings)
         };
+        self.start(options, wake)
+    }
+
+    fn options(&self, settings: &Settings) -> SessionOptions {
+        SessionOptions {
+            open: OpenOptions::default(),
+            ..settings.training.session_options(self.scene.source.clone())
+        }
+    }
+
+    fn start(&self, options: SessionOptions, wake: impl Fn() + Send + Sync + 'static) -> Course {
         let scene = Arc::new(self.scene.clone());
         let (sender, told) = unbounded();
         for warning in &scene.warnings {
@@ -127,6 +139,15 @@ pub(super) struct Course {
 }
 
 impl Course {
+    /// # Errors
+    /// The field had no step: then training was not put to the test.
+    pub fn has_trained(&self) -> Result<(), Failure> {
+        match self.run.status().steps {
+            0 => Err("the field was not trained".into()),
+            _ => Ok(()),
+        }
+    }
+
     /// Gives newer labels.
     pub fn say(&mut self, labels: &LabelSet) {
         self.generation += 1;

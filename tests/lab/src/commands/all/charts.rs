@@ -89,7 +89,7 @@ fn clicks(results: &Results, captures: &[Capture]) -> Figure {
         Panel::new(
             title,
             Axis::new("clicks a class in the whole scene", Scale::FromZero),
-            Axis::new("mIoU on unseen frames", Scale::FromZero),
+            Axis::new("mIoU on frames without clicks", Scale::FromZero),
             series.to_vec(),
         )
     };
@@ -143,7 +143,7 @@ fn seconds(results: &Results, captures: &[Capture]) -> Result<Figure, Failure> {
         Panel::new(
             scene,
             Axis::new("wall seconds since the start", Scale::Logarithmic),
-            Axis::new("mIoU on unseen frames", Scale::FromZero),
+            Axis::new("mIoU on frames without clicks", Scale::FromZero),
             series,
         )
     };

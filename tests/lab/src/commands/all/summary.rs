@@ -79,7 +79,7 @@ fn few_clicks(results: &Results) -> Option<String> {
     let of = |policy| miou(&after(rows(results, "clicks-"), policy, 5));
     let (guided, random) = (of("guided")?, of("random")?);
     Some(format!(
-        "**A few clicks are enough.** mIoU on unseen frames after five suggested clicks a class: {guided}; after five \
+        "**A few clicks are enough.** mIoU on frames without clicks after five suggested clicks a class: {guided}; after five \
          random ones: {random}."
     ))
 }
