@@ -3,12 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::posterior::votes_weight;
 use super::votes::most_likely;
 use super::{CERTAIN, NodeVotes, ObjectVotes, Surface};
-use crate::labels::{ClassId, ImportedLabels, Label, LabelSet, ObjectId, VOID};
+use crate::labels::{ClassId, ImportedLabels, ImportedMap, Label, LabelSet, ObjectId, VOID};
 
 /// Probability from which pixels keep the class of their node where the image would decide: many pixels of label images
 /// agree there, also along borders. It falls with the share of random votes by this much, as those leave less for the
@@ -31,6 +32,8 @@ pub struct SurfaceImport {
     of_nodes: Vec<ClassId>,
     /// The share of the votes that is random, as far as it shows on the surface.
     pub(super) random_share: f32,
+    /// The share of the images' pixels that are labelled.
+    pub(super) labelled_share: f32,
 }
 
 #[derive(Clone, Debug)]
@@ -87,7 +90,16 @@ impl SurfaceImport {
             true => Arc::clone(&images),
             false => Arc::new(images.relabelled(|label| known.label(label))),
         };
-        let seeds = votes.majority_labels(surface, &shown);
+        let mut seeds = votes.majority_labels(surface, &shown);
+        if images.trust.is_right() && !surface.is_sharp {
+            // Labels beside an edge whose depth is off lie on what is behind it.
+            let probabilities = votes.probabilities(surface);
+            let rows: Vec<&[f32]> = probabilities.chunks_exact(known.classes.len().max(1)).collect();
+            seeds.retain(|&node, label| label.class == most_likely(&known.classes, rows[node as usize]));
+        }
+        let labelled = |map: &ImportedMap| map.labels().into_iter().filter(|&class| class != VOID).count();
+        let labelled: usize = shown.maps.par_iter().map(labelled).sum();
+        let pixels: usize = shown.maps.iter().map(ImportedMap::pixels).sum();
         let mut of_nodes = vec![VOID; surface.graph.len()];
         let on_nodes = if images.trust.is_right() {
             seeds
@@ -112,6 +124,7 @@ impl SurfaceImport {
             on_nodes,
             of_nodes,
             random_share: votes.random_share(),
+            labelled_share: labelled as f32 / pixels.max(1) as f32,
         })
     }
 
@@ -182,7 +195,7 @@ impl SurfaceImport {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::labels::{ImportedMap, Likeliest, Probabilities, Trust};
+    use crate::labels::{Likeliest, Probabilities, Trust};
     use crate::scene::testing::wall;
     use crate::semantics::testing::surface;
 

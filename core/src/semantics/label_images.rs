@@ -29,10 +29,11 @@ const PIXELS: (f32, f32) = (2.0, 16.0);
 const MOST_OFF: usize = 8;
 /// How far from a border images decide where the surface is exact, in steps along rows and columns.
 const EXACT_REACH: u8 = 3;
-/// Most images of other frames that are looked at: those that were taken the nearest. Each counts for less than the one
-/// before.
-const MOST_OTHERS: usize = 6;
-const LESS_BY_RANK: f32 = 0.5;
+/// How many images of other frames are looked at, those that were taken the nearest: so many, and the more the fewer pixels
+/// are labelled, up to so many. Each counts for less than the one before; one more would count for so many times less than
+/// the first.
+const OTHERS: (usize, usize) = (6, 24);
+const LAST: f32 = 4.0;
 /// Standard deviation of the colours of one place in two frames, each channel in 0..=1.
 const COLOR: f32 = 0.16;
 /// How far apart two points that are one place may be, in voxels.
@@ -139,11 +140,16 @@ impl LabelImages<'_> {
     ) -> Option<Vec<u32>> {
         let wanted = self.near_borders(camera, shown, MOST_OFF as u8);
         let own = self.of_own(camera, stride);
+        let own_share = own.len() as f32 / nodes.len() as f32;
+        let others: f32 = (0..self.count_of_others()).map(|rank| self.weight_of(rank)).sum();
+        if SPACINGS / (own_share + self.import.labelled_share * others).sqrt() > PIXELS.1 {
+            return None;
+        }
         let mut others = self.of_others(stride, shown, &wanted);
         others.retain(|vote| vote.class != VOID);
         let of_others: f32 = others.iter().map(|vote| vote.weight).sum();
         let asked = wanted.iter().filter(|&&wanted| wanted).count().max(1);
-        let per_pixel = own.len() as f32 / nodes.len() as f32 + of_others / asked as f32;
+        let per_pixel = own_share + of_others / asked as f32;
         let right = per_pixel.sqrt() * (1.0 - self.import.random_share);
         let scale = (SPACINGS / right).max(PIXELS.0);
         let of_surface = SURFACE / per_pixel.sqrt();
@@ -247,9 +253,9 @@ impl LabelImages<'_> {
             let own = color.color(middle);
             let first = votes.len();
             for (rank, other) in others.iter().enumerate() {
-                let less = 1.0 + LESS_BY_RANK * rank as f32;
+                let of_rank = self.weight_of(rank);
                 other.say(point, own, (nodes, node.voxel), |class, weight| {
-                    let weight = weight / less;
+                    let weight = weight * of_rank;
                     match votes[first..].iter_mut().find(|vote| vote.class == class) {
                         Some(vote) => vote.weight += weight,
                         None => votes.push(Vote { pixel, class, weight }),
@@ -258,6 +264,17 @@ impl LabelImages<'_> {
             }
         }
         votes
+    }
+
+    /// How many images of other frames are looked at.
+    fn count_of_others(&self) -> usize {
+        let wanted = OTHERS.0 as f32 / self.import.labelled_share;
+        (wanted as usize).clamp(OTHERS.0, OTHERS.1)
+    }
+
+    /// What the image of another frame counts for, the nearest first.
+    fn weight_of(&self, rank: usize) -> f32 {
+        1.0 / (1.0 + (LAST - 1.0) * rank as f32 / self.count_of_others() as f32)
     }
 
     /// The other frames with a label image whose views are the nearest.
@@ -270,12 +287,15 @@ impl LabelImages<'_> {
             .filter_map(|image| Some((apart(self.scene.frames.get(image.frame)?), image)))
             .collect();
         others.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let others = others.into_iter().take(MOST_OTHERS).map(|(_, image)| Labelled {
-            frame: &self.scene.frames[image.frame],
-            color: self.scene.frames[image.frame].color(),
-            nodes: self.surface.nodes_of(image.frame).unpack(),
-            labels: image.labels(),
-        });
+        let others = others
+            .into_iter()
+            .take(self.count_of_others())
+            .map(|(_, image)| Labelled {
+                frame: &self.scene.frames[image.frame],
+                color: self.scene.frames[image.frame].color(),
+                nodes: self.surface.nodes_of(image.frame).unpack(),
+                labels: image.labels(),
+            });
         others.filter(|own| own.labels.len() == own.nodes.len()).collect()
     }
 }
