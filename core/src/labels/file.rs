@@ -31,6 +31,9 @@ struct StrokeRecord {
     points: Vec<Pixel>,
     #[serde(default)]
     radius: u32,
+    /// The number of the entry whose stroke this is a further line of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    part_of: Option<u64>,
 }
 
 /// Reads a strokes file for a scene.
@@ -131,7 +134,18 @@ pub fn parse_strokes(text: &str, scene: &Scene) -> Result<LabelSet, String> {
             radius: record.radius,
             lines: vec![line],
         };
-        labels.strokes.insert(StrokeId(number as u64), Arc::new(stroke));
+        let Some(first) = record.part_of else {
+            labels.strokes.insert(StrokeId(number), Arc::new(stroke));
+            continue;
+        };
+        let says = |stroke: &Stroke| (stroke.frame, stroke.class, stroke.object, stroke.radius);
+        let whole = labels.strokes.get_mut(&StrokeId(first));
+        let Some(whole) = whole.filter(|whole| says(whole) == says(&stroke)) else {
+            return refuse(format!(
+                "is a part of stroke {first}, which has to come before it, with the same frame, class, object and radius"
+            ));
+        };
+        Arc::make_mut(whole).lines.extend(stroke.lines);
     }
     Ok(labels)
 }
@@ -160,8 +174,8 @@ fn add_object(labels: &mut LabelSet, object: Object) -> Result<(), String> {
 /// The labels as the text of a strokes file, in pixels of the frames' images on disk. Strokes on frames that
 /// the scene does not have are left out.
 ///
-/// A stroke with several lines (a filled polygon, or one of which parts were erased) becomes one entry per line. Objects
-/// of a class that has become stuff are left out.
+/// A stroke with several lines (a filled polygon, or one of which parts were erased) becomes one entry per line, each a part
+/// of the first. Objects of a class that has become stuff are left out.
 pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
     let is_thing = |object: &Object| labels.class(object.class).is_some_and(|class| class.thing);
     let objects: Vec<Object> = labels
@@ -176,6 +190,7 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
         let Some(frame) = frames.get(stroke.frame) else {
             continue;
         };
+        let mut first = None;
         for line in &stroke.lines {
             let points = match frame.lens {
                 None => line.clone(),
@@ -189,7 +204,9 @@ pub fn strokes_json(labels: &LabelSet, frames: &[Frame]) -> String {
                     object: stroke.object.filter(is_listed),
                     points,
                     radius: stroke.radius,
+                    part_of: first,
                 });
+                first = first.or(Some(records.len() as u64));
             }
         }
     }
@@ -220,7 +237,7 @@ mod tests {
     fn file(points: &[Pixel]) -> serde_json::Value {
         serde_json::json!({
             "classes": [Class::new(1, "wall"), Class::new(2, "floor")],
-            "strokes": [{ "frame": "rgb_0", "class": 1, "points": points, "radius": 0 }],
+            "strokes": [{ "frame": "rgb_0", "class": 1, "points": points, "radius": 0, "part_of": null }],
         })
     }
 
@@ -261,6 +278,7 @@ mod tests {
             ("/strokes/0/class", "999", ["stroke 1", "class 999"]),
             ("/strokes/0/points", "[[64, 3]]", ["[64, 3]", "64x48"]),
             ("/strokes/0/points", "[]", ["stroke 1", "no points"]),
+            ("/strokes/0/part_of", "1", ["stroke 1", "before it"]),
             ("/strokes/0/points", "[[-1, 0]]", ["-1", "line"]),
             ("/classes/1/id", "1", ["class 1", "twice"]),
         ] {
@@ -324,5 +342,7 @@ mod tests {
         };
         assert_eq!(classes(&back), classes(labels));
         assert!(classes(&back).len() > 500);
+        let kinds = |labels: &LabelSet| -> Vec<_> { labels.strokes.values().map(|own| own.kind()).collect() };
+        assert_eq!(kinds(&back), kinds(labels));
     }
 }

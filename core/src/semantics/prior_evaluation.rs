@@ -54,9 +54,8 @@ impl PriorEvaluation {
             self.logs = averaged(graph, &self.logs, count);
             self.rounds += 1;
         } else {
-            return Ok(Some(
-                self.logs.iter().map(|log| (PRIOR_EXPONENT * log).exp()).collect(),
-            ));
+            let weights = self.logs.par_iter().map(|log| (PRIOR_EXPONENT * log).exp());
+            return Ok(Some(weights.collect()));
         }
         Ok(None)
     }
