@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use egui::{Align2, CursorIcon, Event, Key, Pos2, Rect, Role, Sense, Ui, WidgetInfo, vec2};
-use inplace_core::labels::{Pixel, VOID};
+use inplace_core::labels::Pixel;
 use inplace_model::layer::{Layer, Look};
 use inplace_model::palette::Palette;
 use inplace_model::settings::Settings;
@@ -200,8 +200,7 @@ impl Canvas {
             Key::Enter if drafted && !focused && !answers => {
                 let draft = self.gesture.draft().cloned();
                 if let Some(line) = self.gesture.finish() {
-                    keep_refused((&mut self.gesture, draft), &line, workspace, brush);
-                    commands.push(Command::Draw(line));
+                    commands.push(drawn((&mut self.gesture, draft), (line, false), workspace, brush));
                 }
             }
             Key::Backspace if drafted => self.gesture.take_back(),
@@ -434,12 +433,10 @@ impl Canvas {
             let draft = self.gesture.draft().cloned();
             match self.gesture.follow(event, view, around, reachable) {
                 Some(Outcome::Finished(line)) => {
-                    keep_refused((&mut self.gesture, draft), &line, workspace, brush);
-                    commands.push(Command::Draw(line));
+                    commands.push(drawn((&mut self.gesture, draft), (line, false), workspace, brush));
                 }
                 Some(Outcome::FinishedObject(line)) => {
-                    keep_refused((&mut self.gesture, draft), &line, workspace, brush);
-                    commands.push(Command::DrawObject(line));
+                    commands.push(drawn((&mut self.gesture, draft), (line, true), workspace, brush));
                 }
                 Some(Outcome::Moved(moved)) => view = moved,
                 Some(Outcome::Picked(position)) => {
@@ -568,20 +565,20 @@ fn draft_note(ui: &Ui, painter: &egui::Painter, draft: &Draft) {
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
 }
 
-/// What a lock is about to refuse stays the draft that it was, so that its corners are not lost.
-fn keep_refused(
+/// Draws a line, on a new object or not. What is about to be refused stays the draft that it was, so that its corners are
+/// not lost.
+fn drawn(
     (gesture, draft): (&mut Gesture, Option<Draft>),
-    line: &DrawnLine,
+    (line, on_new_object): (DrawnLine, bool),
     workspace: &Workspace,
     brush: u32,
-) {
-    let class = workspace.class.unwrap_or(VOID);
-    let is_refused = || {
-        let stroke = line.clone().into_stroke(workspace.frame_index, class, brush);
-        workspace.lock_on(&stroke).is_some()
-    };
-    if draft.is_some() && is_refused() {
+) -> Command {
+    if draft.is_some() && workspace.refuses(&line, brush, on_new_object) {
         gesture.swap_draft(draft);
+    }
+    match on_new_object {
+        true => Command::DrawObject(line),
+        false => Command::Draw(line),
     }
 }
 

@@ -133,7 +133,7 @@ pub struct ExportChoice {
     pub least_percent: Option<u8>,
 }
 
-/// The path that a person typed, who may write `~` for their own folder.
+/// The path that a person typed, who may write `~` for their home folder.
 pub fn typed_path(text: &str) -> PathBuf {
     let path = Path::new(text.trim());
     let home = path.strip_prefix("~").ok().zip(std::env::home_dir());

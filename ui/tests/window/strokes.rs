@@ -122,6 +122,21 @@ fn shift_draws_from_the_end_of_the_last_line_and_a_polyline_ends_by_a_double_cli
 }
 
 #[test]
+fn a_polygon_that_a_lock_refuses_keeps_its_corners() {
+    let mut window = Window::with_classes(&["wall"]);
+    window.act(Command::SetLocked(Named::Class(1), true));
+    window.key(Key::G);
+    click_at(&mut window, &TRIANGLE);
+    window.key(Key::Enter);
+    assert_eq!(window.strokes(), 0);
+    window.sees_part("Polygon, 3 corners");
+    window.act(Command::SetLocked(Named::Class(1), false));
+    window.key(Key::Enter);
+    assert_eq!(newest(&window).kind(), StrokeKind::Polygon);
+    assert!(window.harness.query_by_label_contains("Polygon, ").is_none());
+}
+
+#[test]
 fn void_is_drawn_with_every_tool_and_the_eraser_cuts_polygons() {
     let mut window = Window::with_classes(&["wall", "floor"]);
     window.key(Key::G);

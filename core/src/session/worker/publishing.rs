@@ -95,7 +95,7 @@ impl Worker<'_> {
 
     /// Has places suggested once all maps follow the labels, and reports them.
     pub(super) fn suggest(&mut self) {
-        // What an evaluation is about to change, is not searched.
+        // Maps that an evaluation is about to change are not searched.
         let stands = self.paused || !self.semantics.is_evaluating();
         let is_due = self.suggestions_wanted && self.suggestions_due && stands;
         if let Some(propagation) = self.propagation.as_ref().filter(|_| is_due) {

@@ -8,6 +8,7 @@ use inplace_core::labels::{
 
 use super::Workspace;
 use crate::class_view::ClassView;
+use crate::tool::DrawnLine;
 
 impl Workspace {
     /// Makes a class current.
@@ -60,6 +61,20 @@ impl Workspace {
         let object = self.object_of_stroke(id, stroke)?;
         self.is_object_locked(object)
             .then(|| self.name_of_object(object))?
+    }
+
+    /// Whether a line of this radius is refused: by a lock, or on a new object as its class has none. Without a class none
+    /// is, as one is asked for.
+    pub fn refuses(&self, line: &DrawnLine, radius: u32, on_new_object: bool) -> bool {
+        let Some(class) = self.class else {
+            return false;
+        };
+        let stroke = line.clone().into_stroke(self.frame_index, class, radius);
+        if on_new_object {
+            self.new_object(class).is_none() || self.lock_on_saying(&stroke, None).is_some()
+        } else {
+            self.lock_on(&stroke).is_some()
+        }
     }
 
     /// Why a lock keeps a stroke from being drawn, a sentence; `None` where none does.
