@@ -227,9 +227,6 @@ impl Scene {
     /// # Errors
     /// Those of [`Scene::open`] for a folder that does not.
     pub fn recognise(folder: &Path) -> Result<(), SceneError> {
-        if !folder.is_dir() {
-            return Err(SceneError::Missing(folder.to_path_buf()));
-        }
         formats::recognised(folder).map(drop)
     }
 
@@ -251,10 +248,7 @@ impl Scene {
             SceneSource::Demo => demo::Shot::default().read(options.depth, listed, &|done, total| {
                 progress(done, total);
             }),
-            SceneSource::Folder(folder) => {
-                Self::recognise(folder)?;
-                formats::read(folder, options, listed, progress)?
-            }
+            SceneSource::Folder(folder) => formats::read(folder, options, listed, progress)?,
         };
         if !options.depth {
             // No reader lists depth images then; COLMAP's needs the points for the unit.

@@ -43,8 +43,11 @@ pub(super) fn pose_file(format: &str) -> &'static str {
 /// The formats that recognise a folder, at least one.
 ///
 /// # Errors
-/// None does.
+/// There is no such folder, or none does.
 pub(super) fn recognised(folder: &Path) -> Result<Vec<&'static Format>, SceneError> {
+    if !folder.is_dir() {
+        return Err(SceneError::Missing(folder.to_path_buf()));
+    }
     let recognised: Vec<_> = FORMATS
         .iter()
         .filter(|format| (format.recognise)(folder))
